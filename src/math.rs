@@ -73,8 +73,8 @@ pub fn from_f64(x: f64) -> Real {
     x as Real
 }
 
-/// The border between the numbers that are low and those that are not, by halving an interval from a low number to one
-/// that is not. The result is low.
+/// The border between the numbers that are low and those that are not, by `rounds` halvings of an interval whose first
+/// end is low and whose other end is not. The result is low.
 pub(crate) fn bisect(
     [mut low, mut high]: [f64; 2],
     rounds: u32,

@@ -1,6 +1,6 @@
 //! Work in chunks: with the feature `parallel` on the threads of Rapier's pool, else one after the other.
 //!
-//! The chunks depend on the amount of work only, not on the number of threads, so results are the same bit for bit.
+//! The division into chunks depends on the amount of work only, so every number of threads gives the same bits.
 
 #[cfg(feature = "parallel")]
 use std::sync::Arc;
@@ -34,7 +34,7 @@ impl Pool {
     /// The pool that was configured for a world, if there is one.
     #[cfg(feature = "parallel")]
     pub(crate) fn of(world: &PhysicsWorld) -> Self {
-        /// Under Rapier's `unsync-callbacks`, which another crate may turn on, worlds have no pool.
+        /// Used under Rapier's `unsync-callbacks`, which another crate may turn on: worlds then have no such method.
         #[allow(dead_code)]
         trait WithoutPool {
             fn thread_pool(&self) -> Option<Arc<rayon::ThreadPool>> {

@@ -73,9 +73,8 @@ mod tests {
     use super::*;
     use crate::math::{Real, Vector};
 
-    /// Boxes that move, come and go are found where they are.
     #[test]
-    fn follows_boxes() {
+    fn boxes_that_move_come_and_go_are_found_where_they_are() {
         let bounds = |number: u32, round: u32| {
             let gone = (number * 7 + round * 3).is_multiple_of(5) || number > 3 * round;
             let place = Real::from((number * 5 + round * round) as u16 % 40);
@@ -99,7 +98,7 @@ mod tests {
     }
 
     #[test]
-    fn few_boxes_of_any_number() {
+    fn a_few_boxes_may_have_any_numbers() {
         for count in 0..5 {
             let bounds =
                 |k: usize| Aabb::new(Vector::splat(k as Real), Vector::splat(k as Real + 0.5));

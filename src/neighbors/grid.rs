@@ -4,7 +4,7 @@ use std::ops::{Range, RangeInclusive};
 
 use crate::math::{Real, Vector};
 
-/// With fewer points than this all are tried, since a grid would cost more than it saves.
+/// With fewer points than this every point is tried, since a grid would cost more than it saves.
 pub(crate) const FEWEST_FOR_GRID: usize = 64;
 
 /// Points sorted by cell, with cells in rows along x: the points near a place are a few contiguous ranges.
@@ -19,11 +19,11 @@ pub(crate) struct PointGrid {
     cell_of: Vec<u32>,
     /// The point at each place; see [`PointGrid::order`].
     order: Vec<u32>,
-    /// While points are sorted: the next free place of each cell.
+    /// The next free place of each cell, while points are sorted.
     next: Vec<u32>,
 }
 
-/// Upper bound of cells per point. More of them cost more to clear than they save.
+/// Upper bound of cells per point. More cells cost more to clear than they save.
 const CELLS_PER_POINT: usize = 4;
 
 impl PointGrid {
@@ -193,9 +193,8 @@ fn gap(x: Real, origin: Real, cell: usize, cells: usize, side: Real) -> Real {
 mod tests {
     use super::*;
 
-    /// Every point within reach is found, whatever the spread, and no range goes out of bounds.
     #[test]
-    fn finds_all_points_in_reach() {
+    fn every_point_in_reach_is_found_once() {
         let spread = [1.0, 30.0, 1e5];
         for scale in spread {
             let points: Vec<Vector> = (0..500)
@@ -229,7 +228,7 @@ mod tests {
     }
 
     #[test]
-    fn takes_no_points_and_equal_points() {
+    fn a_grid_may_hold_no_points_or_equal_points() {
         let mut grid = PointGrid::default();
         grid.build(&[], 1.0);
         grid.for_each_near(Vector::ZERO, 10.0, |range| {

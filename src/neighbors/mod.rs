@@ -1,5 +1,5 @@
-//! Neighbour search over points and boxes: a uniform grid, and a hierarchy of bounding boxes. It sees numbers and
-//! coordinates only, no bodies or colliders.
+//! Neighbour search over points and boxes: a uniform grid, and a hierarchy of bounding boxes. Its input is
+//! numbers and coordinates, not bodies or colliders.
 
 mod bvh;
 mod grid;

@@ -4,7 +4,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use super::{Number, Plain};
 
-/// A number and its derivatives by `K` inputs.
+/// A number and its derivatives with respect to `K` inputs.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Dual<const K: usize, T = f64> {
     pub re: T,
@@ -12,7 +12,7 @@ pub(crate) struct Dual<const K: usize, T = f64> {
 }
 
 impl<const K: usize, T: Plain> Dual<K, T> {
-    /// An input with this number: its derivative by itself is one.
+    /// The input of index `number`, with the value `re`: its derivative with respect to itself is one.
     pub(crate) fn input(re: T, number: usize) -> Self {
         let mut slopes = [T::from(0.0); K];
         slopes[number] = T::from(1.0);
@@ -36,7 +36,7 @@ impl<const K: usize, T: Plain> From<f64> for Dual<K, T> {
     }
 }
 
-/// Arithmetic operations, each with its slope by input `k`.
+/// Arithmetic operations, each with its derivative with respect to input `k`.
 macro_rules! arithmetic {
     ($($Trait:ident<$Other:ty>, $method:ident: ($a:ident, $b:ident) $value:expr, $k:ident $slope:expr;)*) => {$(
         impl<const K: usize, T: Plain> $Trait<$Other> for Dual<K, T> {

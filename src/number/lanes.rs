@@ -1,8 +1,8 @@
 //! Eight numbers at once.
 //!
-//! Operations are plain loops over all of them, which are compiled for the registers of the function that
-//! inlines them ([`vectorize`](fearless_simd::Simd::vectorize)). Nothing is fused or regrouped, so each number
-//! has the bits that it would have by itself, on every machine.
+//! Operations are plain loops over all lanes, which are compiled for the registers of the function that
+//! inlines them ([`vectorize`](fearless_simd::Simd::vectorize)). Nothing is fused or regrouped, so each lane
+//! has the bits of the same operation on one `f64`, on every machine.
 
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
@@ -57,7 +57,7 @@ impl LaneMask {
     }
 }
 
-/// The numbers of the bits set in a mask, first to last.
+/// The indices of the bits set in a mask, first to last.
 #[inline(always)]
 pub(crate) fn lanes_of(mut mask: u64) -> impl Iterator<Item = usize> {
     std::iter::from_fn(move || {

@@ -29,7 +29,7 @@ impl<T: Number> Quat<T> {
         }
     }
 
-    /// The rotation by `first`, then by this.
+    /// The rotation by `first`, then by `self`.
     #[inline(always)]
     pub(crate) fn after(self, first: Self) -> Self {
         let (a, b) = (self.xyz, first.xyz);
@@ -39,7 +39,7 @@ impl<T: Number> Quat<T> {
         }
     }
 
-    /// `v` turned by this rotation.
+    /// `v` turned by a rotation.
     #[inline(always)]
     pub(crate) fn rotate(self, v: Vec3<T>) -> Vec3<T> {
         let half = self.xyz.cross(v);

@@ -8,8 +8,8 @@ thread_local! {
     pub(crate) static FORCED: std::cell::Cell<Option<Level>> = const { std::cell::Cell::new(None) };
 }
 
-/// Calls a function that is compiled for the widest registers of the machine. It must be inlined, or it is compiled for
-/// the narrowest ones.
+/// Calls `function`, compiled for the widest registers of the machine. If it is not inlined, it is compiled for the
+/// narrowest ones.
 #[inline(always)]
 pub(crate) fn in_registers<R>(function: impl FnOnce() -> R) -> R {
     match level() {
@@ -17,12 +17,12 @@ pub(crate) fn in_registers<R>(function: impl FnOnce() -> R) -> R {
         Level::Avx512(simd) => simd.vectorize(function),
         #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
         Level::Avx2(simd) => simd.vectorize(function),
-        // The instructions that all machines of a kind have. The registers of SSE4.2 are no wider than those of SSE2.
+        // The baseline instruction set of the target. The registers of SSE4.2 are no wider than those of SSE2.
         _ => in_any(function),
     }
 }
 
-/// Calls a function. Its own one in builds for debugging, so that only one copy of `function` takes stack.
+/// Calls `function`. Not inlined in builds for debugging, so that only one copy of `function` takes stack.
 #[cfg_attr(not(debug_assertions), inline(always))]
 fn in_any<R>(function: impl FnOnce() -> R) -> R {
     function()

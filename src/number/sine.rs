@@ -1,9 +1,9 @@
-//! Sine and cosine by arithmetic alone, with the same bits for one number and for several, and up to a million on every
-//! machine.
+//! Sine and cosine by arithmetic alone: the bits are the same for one number and for several, and, up to a million, on
+//! every machine.
 
 use super::{Mask, Plain};
 
-/// The largest number whose multiples of π/2 are subtracted exactly.
+/// The largest number from which multiples of π/2 are subtracted exactly.
 const LARGEST: f64 = 1e6;
 
 /// π/2 in three parts, of which the first two have 33 bits, so that 2²⁰ times these parts are exact.
@@ -14,10 +14,10 @@ const QUARTER: [f64; 3] = [
     2.022_266_248_795_950_631_54e-21,
 ];
 
-/// Added and subtracted again, this leaves a whole number.
+/// 1.5 · 2⁵²: adding this to a number and subtracting it again rounds the number to a whole one.
 const WHOLE: f64 = 6_755_399_441_055_744.0;
 
-/// ±1/k! by falling powers of the square. The terms x of the sine, and 1 − x²/2 of the cosine, are left out.
+/// Coefficients ±1/k!, for the highest power of x² first, without the terms x of the sine and 1 − x²/2 of the cosine.
 const SINE: [f64; 7] = [
     -1.0 / 1_307_674_368_000.0,
     1.0 / 6_227_020_800.0,
@@ -37,10 +37,10 @@ const COSINE: [f64; 7] = [
     1.0 / 24.0,
 ];
 
-/// Sine and cosine, to a few roundings of one; beyond a million those of the platform.
+/// Sine and cosine, with an error of a few roundings of 1.0; beyond [`LARGEST`] those of the platform.
 ///
-/// The remainder of a number, within an eighth of a turn, goes into Taylor series with all terms that an `f64`
-/// resolves.
+/// The remainder after quarters of a turn, at most an eighth of a turn, goes into Taylor series with all terms that an
+/// `f64` resolves.
 #[inline(always)]
 pub(crate) fn sin_cos<P: Plain>(x: P) -> (P, P) {
     let quarters = nearest(x * std::f64::consts::FRAC_2_PI);
@@ -84,7 +84,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn sines_are_as_those_of_the_platform() {
+    fn sines_and_cosines_agree_with_those_of_the_platform() {
         let (mut worst, mut x) = (0.0_f64, 1e-9_f64);
         while x < 2.0 * LARGEST {
             for x in [x, -x] {

@@ -140,7 +140,7 @@ pub(crate) fn real<T: Number<Plain = f64>>(v: Vec3<T>) -> DVec3 {
     DVec3::new(v.x.re(), v.y.re(), v.z.re())
 }
 
-/// v|. Its slope at zero, which does not exist, is taken as zero.
+/// |v|. Its derivative at zero, which does not exist, is taken as zero.
 #[inline(always)]
 pub(crate) fn length<T: Number>(v: Vec3<T>) -> T {
     v.dot(v).sqrt()
@@ -175,8 +175,8 @@ pub(crate) fn rotate<T: Number>(rotation: DQuat, v: Vec3<T>) -> Vec3<T> {
     v + across.map(|part| part * rotation.w) + cross(axis, across)
 }
 
-/// A function that is known by its value and, on demand, its slopes by the inputs, as a number that follows the
-/// inputs to first order.
+/// The vector with this value, whose derivatives follow by the chain rule from those of the inputs and from its slopes,
+/// one for each input.
 #[inline(always)]
 pub(crate) fn chain<T: Number, const N: usize>(
     value: Vec3<T::Plain>,
@@ -186,7 +186,7 @@ pub(crate) fn chain<T: Number, const N: usize>(
     let mut result = Vec3::of(value);
     if T::HAS_SLOPES {
         for (input, slope) in inputs.into_iter().zip(slopes()) {
-            // Zero, with the derivative of the input.
+            // Zero, with the derivatives of the input.
             let moved = input - T::of(input.re());
             result += Vec3::of(slope) * moved;
         }
@@ -214,7 +214,7 @@ pub(crate) fn differences<const N: usize>(
 #[inline(always)]
 pub(crate) fn limited<T: Number>(vector: Vec3<T>, limit: f64) -> Vec3<T> {
     if limit == 0.0 {
-        // Its slope is zero, too, even for small vectors.
+        // The derivative is zero, too, even for small vectors.
         return Vec3::zero();
     }
     let size = length(vector);

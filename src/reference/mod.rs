@@ -1,8 +1,7 @@
 //! The reference evaluator: it defines the meaning of a tree by a slow, literal walk in 64-bit precision.
 //!
-//! The faster evaluators are tested against this one. It shares formulas and regions with them, and none of
-//! their walks: it goes through the tree node by node and applies the table at [`Operator`](crate::Operator)
-//! line by line.
+//! The faster evaluators are tested against this one. It shares formulas and regions with them, but no traversal:
+//! it visits the tree node by node and applies the table at [`Operator`](crate::Operator) line by line.
 
 mod trace;
 mod walk;
@@ -41,7 +40,7 @@ impl<'a> Reference<'a> {
     ///
     /// # Errors
     /// The tree is empty, too deep, has a parameter out of range, or uses detection fields
-    /// wrongly. User axes are not checked: a query that lacks one finds regions over it empty.
+    /// wrongly. User axes are not checked: a region over an axis that a query lacks is empty for this query.
     pub fn new(tree: &'a Tree) -> Result<Self, BuildError> {
         let nodes = tree.nodes();
         let axes = (0..nodes.0.len() as u32).flat_map(|node| nodes.axes_at(node));
@@ -65,12 +64,12 @@ impl<'a> Reference<'a> {
         value.defined.any().then(|| real(value.vector))
     }
 
-    /// The force with its derivatives by the point and the velocity of the sample; `None` where
+    /// The force with its derivatives with respect to the point and the velocity of the sample; `None` where
     /// the field is not defined.
     ///
     /// Exact but for shapes and closures, which are differentiated numerically, and the random part of a
-    /// [`LinearKernel`](crate::field::LinearKernel), which is not. Regions are taken as they are at the
-    /// sample: the jump at a border is not a slope.
+    /// [`LinearKernel`](crate::field::LinearKernel), which is not differentiated. The jump at the border of a
+    /// region is not part of the derivatives.
     ///
     /// ```
     /// use rapier3d_fields::prelude::*;
@@ -93,7 +92,7 @@ impl<'a> Reference<'a> {
         defined.then(|| Linearised::new(value.vector))
     }
 
-    /// The force of each single field at a sample, and its fate on the way to the root.
+    /// The force of each single field at a sample, and whether it is part of the composite's force.
     pub fn trace(&self, frames: &impl Frames, query: &Query) -> Trace {
         let mut walk = TreeWalk::new(self.nodes, self.root, frames, query, Motion::of(query));
         walk.log = Some(Default::default());

@@ -15,7 +15,7 @@ pub struct Trace {
 /// The force of one field at one sample, and whether it counts.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Contribution {
-    /// The field's place in the tree.
+    /// The number of the field's node in the tree.
     pub place: u32,
     /// The field's own force, in world axes, before any operator; `None` where the field does not act.
     pub force: Option<DVec3>,
@@ -54,11 +54,11 @@ impl Contribution {
     }
 }
 
-/// The result for the force of one field: it counts, or the reason why it does not.
+/// Whether the force of one field is part of the composite's force, or the reason why it is not.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Fate {
-    /// It is part of the result.
+    /// It is part of the composite's force.
     Counts,
     /// The sample is not in its region.
     OutsideRegion,
@@ -74,10 +74,10 @@ pub enum Fate {
     Overruled {
         /// The operator.
         operator: &'static str,
-        /// The places of those fields.
+        /// The numbers of the nodes of those fields.
         by: Vec<u32>,
     },
-    /// An intersection whose other operand is not defined here.
+    /// It is an operand of an intersection whose other operand is not defined at the sample.
     Unmatched {
         /// The operator.
         operator: &'static str,

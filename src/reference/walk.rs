@@ -1,4 +1,4 @@
-//! The recursive walk over a tree at one sample, for plain [numbers](Single) or such with derivatives, with or
+//! The recursive walk over a tree at one sample, over [numbers](Single) with or without derivatives, and with or
 //! without a log.
 
 use std::cell::RefCell;
@@ -175,7 +175,7 @@ impl<'a, F: Frames, T: Single> TreeWalk<'a, F, T> {
         }
     }
 
-    /// The tables at [`Operator`], line by line, for vector U on region E and vector V on region G.
+    /// Applies the tables at [`Operator`], line by line, for vector U on region E and vector V on region G.
     fn apply(&self, operator: Operator, u: TracedValue<T>, v: TracedValue<T>) -> TracedValue<T> {
         use Operator::*;
         let (e, g) = (u.defined, v.defined);
@@ -245,7 +245,7 @@ impl<'a, F: Frames, T: Single> TreeWalk<'a, F, T> {
         }
     }
 
-    /// The rule at [`Tree::layers`](crate::Tree::layers), for operands of falling priority.
+    /// Applies the rule at [`Tree::layers`](crate::Tree::layers), for operands of falling priority.
     fn layers(&self, values: Vec<TracedValue<T>>, modes: &[Override]) -> TracedValue<T> {
         let mut gathered = TracedValue::undefined();
         let mut stopped_by: Option<Vec<u32>> = None;
