@@ -9,7 +9,7 @@ use super::ordered::set_member;
 use crate::field::{Anchor, Fingerprint};
 use crate::math::{Pose, to_f64};
 
-/// Number of an anchor in [`Anchors`].
+/// The number of an anchor in [`Anchors`].
 pub(crate) type AnchorId = u32;
 
 /// Stands for the anchor of a modifier that has none.
@@ -47,7 +47,7 @@ impl Anchors {
         matches!(self.list[id as usize], Anchor::World { .. })
     }
 
-    /// The number of an anchor, which it gets if it has none. Adds one use.
+    /// The number of an anchor, a new one if the anchor has none. Adds one use.
     pub(super) fn hold(&mut self, anchor: &Anchor) -> AnchorId {
         let (list, uses, free) = (&mut self.list, &mut self.uses, &mut self.free);
         let id = *self.ids.entry(anchor_key(anchor)).or_insert_with(|| {
@@ -66,7 +66,7 @@ impl Anchors {
         id
     }
 
-    /// Takes back one use of an anchor. The last one frees its number.
+    /// Removes one use of an anchor. Without uses its number is free.
     pub(super) fn release(&mut self, id: AnchorId) {
         let Some(uses) = self.uses.get_mut(id as usize) else {
             return;

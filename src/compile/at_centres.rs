@@ -1,14 +1,14 @@
-//! Decides if a set of fields acts at centres of mass only. Bodies then need no samples.
+//! Decides if a set of fields acts at centres of mass only, so that bodies need no samples.
 
 use super::entries::{RadialBatch, Weighting};
 use super::program::{Instruction, Program};
 use crate::field::{Axis, Coupling, Cuts, Drag, Field, Formula, Sampling, SamplingRule};
 use crate::math::Real;
 
-/// Most sources and instances that are tried one by one; more need an index.
+/// The largest number of sources and instances that are tried one by one; more need an index.
 const MOST: usize = 16;
 
-/// The bodies that have all their samples at their centres of mass.
+/// The bodies whose samples are all at their centres of mass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum AtCentres {
     /// All bodies: the fields are sampled there.
@@ -52,7 +52,7 @@ impl AtCentres {
                 bodies = AtCentres::Balls;
             }
         }
-        // The axis of quadratic drag is the velocity past its medium, and a slowing has one axis at most.
+        // Quadratic drag has an axis, its velocity relative to the medium, and a `Slowing` has at most one axis.
         let axes = usize::from(resting) + flowing;
         (axes <= 1).then_some(bodies)
     }
@@ -68,7 +68,7 @@ impl RadialBatch {
     }
 }
 
-/// Returns true if a body of one ball is sampled at its centre only, whatever its collider is like.
+/// Returns true if a body of one ball is sampled at its centre only, whatever the properties of its collider.
 fn is_sampled_once(how: SamplingRule) -> bool {
     let spares_balls = match how.sampling {
         Sampling::Centre | Sampling::Parts => true,
@@ -77,7 +77,7 @@ fn is_sampled_once(how: SamplingRule) -> bool {
     spares_balls && how.cuts == Cuts::Never && !how.apart
 }
 
-/// Returns true if of a body only the mass is read.
+/// Returns true if the coupling depends on no property of a body but its mass.
 fn is_of_mass(coupling: &Coupling) -> bool {
     match coupling {
         Coupling::Share | Coupling::Each => true,
@@ -96,7 +96,7 @@ impl Program {
     }
 
     /// The law, if the program is one drag or wind whose coefficients are not negative and whose force depends
-    /// on the velocity past the medium only. Such a force has closed forms.
+    /// only on the velocity relative to the medium. Such a force has closed forms.
     pub(crate) fn as_drag(&self) -> Option<&Drag> {
         let ([Instruction::Leaf(0)], [leaf]) = (&self.steps[..], &self.leaves[..]) else {
             return None;

@@ -20,8 +20,8 @@ impl RadialBatch {
         places_of(&self.serials, serial, Key::clone)
     }
 
-    /// Replaces the sources of one term by those of `term`, which is a batch like this one. Returns the old
-    /// ones, which the caller has to take off the counts.
+    /// Replaces the sources of one term by those of `term`, a batch with the same key. Returns the old sources,
+    /// which the caller has to subtract from the counts.
     pub(super) fn put(&mut self, serial: Key, term: Option<RadialBatch>) -> Vec<RadialSource> {
         let places = self.places_of(serial);
         let Some(term) = term else {
@@ -42,8 +42,8 @@ impl Keyed for Program {
 }
 
 impl Program {
-    /// Replaces the instances of one term by those of `term`, which is a program like this one. Returns the old
-    /// ones, which the caller has to take off the count.
+    /// Replaces the instances of one term by those of `term`, a program that [is like](Program::is_like) this one.
+    /// Returns the old instances, which the caller has to subtract from the count.
     pub(super) fn put(&mut self, serial: Key, term: Option<Program>) -> Instances {
         let stride = self.stride();
         let known = &mut self.instances;

@@ -17,8 +17,8 @@ use crate::field::{Anchor, FieldSet, Fingerprint, Sampling};
 /// A set of fields, ready for evaluation. It follows the changes of the set.
 ///
 /// Its parts are in the order of the terms they come from: sources within their batch, instances within their
-/// program, and batches and programs by their first term. So the sums are the same, bit for bit, whether a form
-/// has followed changes or was compiled at once.
+/// program, and batches and programs by their first term. So the sums are the same, bit for bit, whether the compiled
+/// form has followed changes or is new.
 #[derive(Debug, Default)]
 pub(crate) struct Compiled {
     /// The revision of the set that it was compiled from.
@@ -31,7 +31,7 @@ pub(crate) struct Compiled {
     pub detectors: Vec<DetectionField>,
     /// The revision of the set at the latest change of detection fields.
     pub detectors_revision: u64,
-    /// Samplings that bodies ask for in place of [`Sampling::Auto`](crate::field::Sampling), each once.
+    /// Samplings that were set for bodies in place of [`Sampling::Auto`], each once.
     pub overrides: Vec<Sampling>,
     pub requirements: SamplingRequirements,
     /// True if any field depends on velocities.
@@ -47,15 +47,15 @@ pub(crate) struct Compiled {
     /// True if no anchor moves and no field changes with time: the force on a sample that rests does not
     /// change.
     pub is_static: bool,
-    /// True if the wrench on a body follows, to the bit, from its own place and parts, and the time.
+    /// True if the wrench on a body depends, to the bit, on nothing but its own pose and parts, and the time.
     pub each_by_itself: bool,
-    /// The bodies on which the set can be evaluated at centres of mass alone; `None` if there are none.
+    /// The bodies on which the set can be evaluated at centres of mass alone; `None` if there are no such bodies.
     pub at_centres: Option<AtCentres>,
 
     pub(super) terms: HashMap<Key, TermRecord, BuildHasherDefault<Fingerprint>>,
     pub(super) tally: FactCounts,
     pub(super) radial_ids: HashMap<RadialKey, u32>,
-    /// Numbers of programs by their likeness.
+    /// The numbers of programs, by [`Program::likeness`].
     pub(super) alike: HashMap<u64, Vec<u32>, BuildHasherDefault<Fingerprint>>,
     pub(super) extent: Extent,
     pub(super) masks_moved: bool,
@@ -78,8 +78,7 @@ impl Compiled {
         self.tally.any(Facts::VARIES)
     }
 
-    /// The anchors on bodies and colliders of fields that have a force. Wrenches do not depend on those of contact fields
-    /// alone.
+    /// The anchors on bodies and colliders of fields that have a force. Wrenches depend on no other moving anchors.
     pub(crate) fn moving_anchors_of_forces(&self) -> impl Iterator<Item = &Anchor> {
         let mut has_force = vec![false; self.anchors.len()];
         let sources = self.radials.iter().flat_map(|(_, batch)| &batch.sources);

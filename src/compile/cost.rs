@@ -1,8 +1,8 @@
-//! Rough costs of evaluation, for people to see which fields are expensive.
+//! Rough costs of evaluation, which show users which fields are expensive.
 //!
 //! The unit is nanoseconds, measured once on one core of a common x86-64 machine in `f32`, as the difference
-//! between many and few of a kind on balls in their reach. Other machines differ by a factor; costs that differ
-//! ten times here do so there. `f64` costs twice as much in the lanes of radial batches, and the same
+//! between many and few fields of a kind on balls in their reach. Other machines are faster or slower by one factor,
+//! so ratios of costs hold there, too. `f64` costs twice as much in the lanes of radial batches, and the same
 //! elsewhere.
 
 use super::entries::RadialBatch;
@@ -81,7 +81,7 @@ fn field(field: &Field, rates: &UnitCosts) -> f64 {
     rates.field + formula(&field.formula, rates) + scale + rates.border * borders as f64
 }
 
-/// The cost of a batch on one sample: of one source that reaches it, if the sources are indexed; else of all.
+/// The cost of a batch on one sample: of one source that reaches it, if the sources are indexed; else of all sources.
 pub(super) fn of_batch(batch: &RadialBatch) -> f64 {
     let power = matches!(batch.law.profile, Profile::Power { power: -2.0, .. });
     let kernel = power || matches!(batch.law.profile, Profile::LennardJones { .. });
@@ -97,7 +97,7 @@ pub(super) fn of_batch(batch: &RadialBatch) -> f64 {
     }
 }
 
-/// The cost of a program on one sample: of one instance that reaches it, if they are bounded; else of all.
+/// The cost of a program on one sample: of one instance that reaches it, if the reach is bounded; else of all.
 pub(super) fn of_program(program: &Program) -> f64 {
     let rates = if program.in_lanes { &IN_LANES } else { &SINGLE };
     let fields: f64 = program.leaves.iter().map(|leaf| field(leaf, rates)).sum();

@@ -14,8 +14,8 @@ pub(crate) struct RadialKey {
     pub how: SamplingRule,
 }
 
-/// The factors by which the vector of a field becomes a force on a sample, and the conditions under which it
-/// acts.
+/// The factors by which the vector of a field becomes a force on a sample, and the conditions under which the
+/// field acts.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct Weighting {
     pub mode: ForceMode,
@@ -42,7 +42,7 @@ impl Weighting {
         Lifetime::between(from, until)
     }
 
-    /// The weighting of a vector that is shared out by mass, always and on all groups.
+    /// The weighting of a vector that is shared out by mass, at all times and on all groups.
     pub(crate) fn shared(mode: ForceMode) -> Self {
         Weighting {
             mode,
@@ -53,7 +53,7 @@ impl Weighting {
     }
 }
 
-/// A field with the same vector for every body at any place.
+/// A field with the same vector for every body and everywhere.
 #[derive(Clone, Debug)]
 pub(crate) struct ConstantField {
     pub serial: Key,
@@ -89,14 +89,14 @@ pub(crate) struct RadialBatch {
 pub(crate) struct SourceLog {
     /// The stamp of the batch before the oldest change in the list.
     first: u64,
-    /// The present stamp. Each change brings another one, which no other batch has.
+    /// The present stamp. Each change sets a new one, which no other batch has.
     pub stamp: u64,
-    /// Changes, one entry for each source that was taken out: the stamp after the change, the term, and the
+    /// Changes, one entry for each source that was removed: the stamp after the change, the term, and the
     /// place of the source in the frame of its carrier. Each change ends with an entry without a place.
     changes: Vec<(u64, Key, Option<Vector>)>,
 }
 
-/// A follower that is behind by more entries has to start over.
+/// A follower that is behind by more entries than this has to start over.
 const LONGEST_LOG: usize = 64;
 
 impl Default for SourceLog {
@@ -173,7 +173,7 @@ pub(crate) struct FieldMask {
 }
 
 impl FieldMask {
-    /// Returns true if both belong to one instance of a composite.
+    /// Returns true if both masks are of one instance of a composite.
     pub(crate) fn is_beside(&self, other: &FieldMask) -> bool {
         (self.program, self.instance) == (other.program, other.instance)
     }

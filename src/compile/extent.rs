@@ -38,8 +38,8 @@ impl Bounds {
     }
 }
 
-/// A box that holds all places that fields with a finite reach, anchored to the world, can act at. Changes only
-/// enlarge it, so it is renewed once changes outnumber the terms by far.
+/// A box that holds all places at which fields with a finite reach that are anchored to the world can act. Changes
+/// only enlarge it, so it is computed anew once changes outnumber the terms by far.
 #[derive(Debug, Default)]
 pub(super) struct Extent {
     pub still: Bounds,

@@ -1,5 +1,5 @@
-//! Flags of single terms, and how many terms have each. A change of one term updates the counts without a look
-//! at the others.
+//! Flags of single terms, and the number of terms that have each flag, which a change of one term updates without
+//! visiting the others.
 
 use super::requirements::{PartSampling, SamplingRequirements};
 use crate::field::{Anchor, Axis, Nodes, Points};
@@ -15,7 +15,7 @@ impl Facts {
     pub(super) const READS_USER_AXES: u32 = 1;
     /// Changes with time by itself.
     pub(super) const READS_TIME: u32 = 2;
-    /// Is anchored, in part at least, to a body or collider.
+    /// Is anchored, at least in part, to a body or collider.
     pub(super) const MOVES: u32 = 3;
     /// Can turn a body.
     pub(super) const TURNS: u32 = 4;
@@ -25,6 +25,7 @@ impl Facts {
     pub(super) const UNBOUNDED: u32 = 6;
     /// Has a field that can never act.
     pub(super) const LEFT_OUT: u32 = 7;
+    /// This and the next four are the fields of [`SamplingRequirements`] with these names.
     const PARTS: u32 = 8;
     const DISPLACED: u32 = 9;
     const PIECES: u32 = 10;
@@ -32,9 +33,9 @@ impl Facts {
     const APART: u32 = 12;
     /// Depends on velocities, and is not drag or wind in closed form.
     pub(super) const READS_VELOCITY_OTHERWISE: u32 = 13;
-    /// Samples parts at the first kind of several points; the next flags are for the other kinds.
+    /// Samples parts other than balls at the first of [`Points::ALL`]; the next flags are for the other points.
     const SEVERAL: u32 = 14;
-    /// The same, balls included.
+    /// The same for balls, too.
     const SEVERAL_OF_BALLS: u32 = Self::SEVERAL + Points::ALL.len() as u32;
     const COUNT: usize = Self::SEVERAL_OF_BALLS as usize + Points::ALL.len();
 

@@ -18,8 +18,8 @@ impl Compiled {
         compiled
     }
 
-    /// Follows the changes of a set, which must be valid; returns true if there were any. The result gives the
-    /// same sums as that of [`Compiled::new`]; the numbers of batches, programs and anchors may differ.
+    /// Follows the changes of a set, which must be valid; returns true if there were any. Evaluation then gives the
+    /// same sums as after [`Compiled::new`]; the numbers of batches, programs and anchors may differ.
     pub(crate) fn update(&mut self, set: &FieldSet) -> bool {
         if self.revision == set.revision() {
             return false;
@@ -55,7 +55,7 @@ impl Compiled {
         self.end(set);
     }
 
-    /// Compiles one term anew in place of what it was before; `None` if the term was removed.
+    /// Compiles one term again; `term` is `None` if it was removed.
     fn take_up(&mut self, set: &FieldSet, serial: Key, term: Option<Term>) {
         let lowered = term.map_or_else(Lowered::default, |term| self.lower(set, term));
         let before = self.terms.remove(&serial).unwrap_or_default();
@@ -163,7 +163,7 @@ impl Compiled {
         }
     }
 
-    /// The program that instances of `program` are to join, if there is one.
+    /// The number of the program to which instances of `program` can be added, if there is one.
     fn home_of(&self, program: &Program) -> Option<u32> {
         let numbers = self.alike.get(&program.likeness)?;
         let like = |number: &&u32| {
@@ -240,7 +240,7 @@ impl Compiled {
         let moves = self.tally.any(Facts::MOVES);
         let still = alone && !moves;
         let radials = self.radials.iter().map(|(_, batch)| batch);
-        // Samples that are neighbours open the same cells.
+        // Eight neighbouring samples open the same cells, so a wrench depends on other bodies.
         let by_cells = |batch: &RadialBatch| batch.index_kind() == IndexKind::Cells;
         self.each_by_itself = !moves && !self.reads_velocity && !radials.clone().any(by_cells);
         let programs = self.programs.iter().map(|(_, program)| program);
@@ -248,7 +248,7 @@ impl Compiled {
         self.revision = set.revision();
     }
 
-    /// Updates the numbers of the instances that decide where detection fields act.
+    /// Updates the instance numbers in the masks of detection fields, after instances were added or removed.
     fn place_masks(&mut self) {
         for detector in &mut self.detectors {
             let Some(mask) = &mut detector.mask else {

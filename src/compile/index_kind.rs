@@ -9,7 +9,7 @@ use crate::neighbors::FEWEST_FOR_GRID;
 /// Bounded programs of fewer instances get no index: each is tested against every sample.
 const FEWEST_FOR_TREE: usize = 16;
 
-/// With fewer sources than this each is tried, whatever the opening angle.
+/// With fewer sources than this each source is tried, whatever the opening angle.
 const FEWEST_FOR_CELLS: usize = 512;
 
 /// The index by which samples find the fields that reach them.
@@ -25,7 +25,7 @@ pub enum IndexKind {
     Neighbours,
     /// A bounding volume hierarchy over the bounds of the instances.
     Bvh,
-    /// Cells within cells, of which those that are far off act as a whole; see
+    /// Cells within cells. A distant cell acts as a whole; see
     /// [`Field::opening_angle`](crate::Field::opening_angle).
     Cells,
 }

@@ -9,15 +9,15 @@ use crate::math::Real;
 /// Instances of a program, in the order of their terms.
 #[derive(Debug, Default)]
 pub(crate) struct Instances {
-    /// The term of each.
+    /// The term of each instance.
     pub serials: Vec<Key>,
-    /// The anchor of each from which the reach of the program is measured.
+    /// For each instance, the anchor from which the reach of the program is measured.
     pub centres: Vec<AnchorId>,
     /// For each instance, the anchor of each leaf, then of each modifier ([`NO_ANCHOR`] if it has none).
     pub anchors: Vec<AnchorId>,
     /// For each entry of `anchors`, the place of its node in the set, for messages.
     pub places: Vec<u32>,
-    /// The strength of each, if the program is a single field; else empty, since the leaves hold theirs.
+    /// The strength of each instance, if the program is a single field; else empty, since the leaves hold strengths.
     pub strengths: Vec<Real>,
     /// The number of instances that are anchored to a body or collider.
     pub moving: usize,

@@ -72,7 +72,7 @@ impl Lowering<'_> {
             facts.require(&SamplingRequirements::of_program(program));
             let how = program.how;
             let at_centres = how.sampling == Sampling::Centre && how.cuts == Cuts::Never;
-            // A reaction acts where the other body is.
+            // A reaction acts on the carrier at the place of the sample, off the carrier's centre of mass.
             facts.set_if(Facts::TURNS, !at_centres || program.reacts);
             facts.set(Facts::VARIES);
             facts.set_if(Facts::UNBOUNDED, program.reach.is_none());
@@ -130,7 +130,7 @@ impl Lowering<'_> {
                     mode: field.mode,
                 });
             }
-            // A batch weighs a sample once for all its sources.
+            // A batch computes the weight of a sample once for all of its sources.
             Formula::Radial(radial) if (everywhere || range.is_some()) && bare && in_batch => {
                 self.radial(place, how, field, radial, range, &anchor);
             }
@@ -188,7 +188,7 @@ impl Lowering<'_> {
         });
     }
 
-    /// Adds an instance of the program of this field. Fields that differ in their anchor only share a program.
+    /// Adds an instance of the program of this field. Fields that differ only in their anchor share a program.
     fn instance_of_leaf(&mut self, place: u32, field: &Field, anchor: &Anchor) {
         self.lowered.program.get_or_insert_with(|| {
             let node = [Node::Leaf(Box::new(field.clone()))];
@@ -198,11 +198,11 @@ impl Lowering<'_> {
         self.instance(anchor, &[(place, Some(*anchor))]);
     }
 
-    /// Lowers a composite, or `instances` of one. A composite by itself becomes one instance at the place of
-    /// its first field, so that composites that differ in their places only share a program.
+    /// Lowers a composite, or `instances` of one. A composite by itself becomes one instance at the anchor of
+    /// its first field, so that composites that differ only in their anchors share a program.
     fn composite(&mut self, node: u32, instances: Option<&[Anchor]>) {
         let (program, places) = Program::lower(self.nodes, node);
-        // Without leaves all its fields were removed, and instances would be empty.
+        // Without leaves there is nothing to evaluate: all of its fields were removed.
         if program.leaves.is_empty() {
             self.lowered.facts.set(Facts::LEFT_OUT);
             return;

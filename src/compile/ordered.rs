@@ -1,9 +1,9 @@
-//! A collection whose items keep their numbers, and are walked in the order of the first term in each.
+//! A collection whose items keep their numbers, and are iterated in the order of the first term in each.
 
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// The serial of a term, which orders everything.
+/// The serial number of a term. Batches, programs and their entries are in the order of these.
 pub(crate) type Key = u64;
 
 /// A number that no earlier call in this process has returned.
@@ -40,7 +40,7 @@ pub(crate) trait Keyed {
     fn key(&self) -> Key;
 }
 
-/// Items under numbers that stay as long as the item does; walked in the order of their keys.
+/// Items under numbers that stay as long as the item does; iterated in the order of their keys.
 #[derive(Debug)]
 pub(crate) struct Ordered<T> {
     things: Vec<Option<Box<T>>>,

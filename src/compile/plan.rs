@@ -10,13 +10,13 @@ pub use super::index_kind::IndexKind;
 use super::program::Program;
 use crate::field::{Coupling, Cuts, Field, FieldSet, Node, Points, Sampling, SamplingRule, Term};
 
-/// The needs of a tree, and the fields that were left out. Its `Display` is a short report.
+/// The way in which a tree is evaluated, and the fields that were left out. Its `Display` is a short report.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Plan {
     /// Number of fields in the tree; those of a prototype count once.
     pub fields: usize,
-    /// Number of different frames that fields are anchored to.
+    /// Number of different frames to which fields are anchored.
     pub anchors: usize,
     /// True if any field depends on velocities.
     pub reads_velocity: bool,
@@ -46,7 +46,7 @@ pub struct PlanEntry {
     pub count: usize,
     /// The index by which samples find the sources or instances that act on them.
     pub index: IndexKind,
-    /// The sampling of bodies that do not ask for one of their own; never [`Sampling::Auto`].
+    /// The sampling of bodies for which none was set; never [`Sampling::Auto`].
     pub sampling: Sampling,
     /// True if a ball is sampled at its centre only, where other shapes are sampled at several points.
     pub spares_balls: bool,
@@ -54,8 +54,8 @@ pub struct PlanEntry {
     pub cuts_at_borders: bool,
     /// The number of samples of a body of one cube.
     pub samples_of_a_cube: usize,
-    /// Rough time on one sample (ns): of each source or instance that reaches it, if they are found by an index
-    /// or are bounded; else of all together.
+    /// Rough time on one sample (ns): of each source or instance that reaches the sample, if these are found by an
+    /// index or are bounded; else of all together.
     pub cost: f64,
 }
 
@@ -185,7 +185,7 @@ impl fmt::Display for Plan {
 }
 
 impl Compiled {
-    /// The plan of a set, for people.
+    /// The plan of a set.
     pub(crate) fn plan(&self, set: &FieldSet) -> Plan {
         let constants = self.constants.iter();
         let mut entries: Vec<PlanEntry> = constants

@@ -37,7 +37,7 @@ pub(crate) struct Program {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Instruction {
-    /// Push a value that is defined nowhere.
+    /// Push a value that is not defined anywhere.
     Nowhere,
     /// Push leaf number n.
     Leaf(u32),
@@ -59,7 +59,7 @@ struct SourceNodes {
 }
 
 impl Program {
-    /// Returns true if any force depends on the volume of the sample.
+    /// Returns true if any force depends on the volume of the sampled part.
     pub(crate) fn displaces(&self) -> bool {
         let mut formulas = self.leaves.iter().map(|leaf| &leaf.formula);
         self.has_force && formulas.any(|formula| formula.reads_volume())
@@ -151,8 +151,8 @@ impl Program {
             && self.modifiers.iter().zip(&other.modifiers).all(changes)
     }
 
-    /// Takes the fields of the first instance for its leaves where they are alike: fields that are alike may differ in the
-    /// sign of a zero. A field that was edited, and whose term is not yet taken up, is not alike.
+    /// Replaces each leaf by the field of the first instance if the two are alike: they may still differ in the sign of
+    /// a zero. A field that was edited, and whose term is not compiled again yet, is not alike.
     pub(super) fn follow_first(&mut self, set: &FieldSet) {
         let alone = self.is_one_field();
         for (leaf, place) in self.leaves.iter_mut().zip(&self.instances.places) {
@@ -252,7 +252,7 @@ fn rounded_up(reach: Real) -> Real {
 
 /// A bound of the distance from the centre at which the subtree can act; `None` if there is none.
 ///
-/// Fields that are anchored to another body or collider than the centre make it unbounded.
+/// Fields that are anchored to another body or collider than the centre make the reach unbounded.
 fn reach(nodes: Nodes<'_>, node: u32, centre: &Anchor) -> Option<Real> {
     match nodes.get(node) {
         Node::Leaf(field) => {
@@ -288,8 +288,8 @@ fn most(mut reaches: impl Iterator<Item = Option<Real>>) -> Option<Real> {
     reaches.try_fold(0.0, |most: Real, reach| Some(most.max(reach?)))
 }
 
-/// Returns true if fields may be leaves of instances of one program; `alone` if that is one field, whose strength each
-/// instance has for itself.
+/// Returns true if fields may be leaves of instances of one program; `alone` is true if the program is one field,
+/// whose strength may differ between instances.
 fn are_alike(a: &Field, b: &Field, alone: bool) -> bool {
     a.enabled == b.enabled && (alone || a.strength == b.strength) && a.is_like(b)
 }

@@ -29,7 +29,7 @@ impl Compiled {
         Some((frame, batch.range.unwrap_or(Real::INFINITY)))
     }
 
-    /// Returns true if a force on volumes may act anywhere in a box.
+    /// Returns true if a force that depends on volumes may act somewhere in a box.
     pub(crate) fn displaces_near(&self, world: &impl Frames, [low, high]: [Vector; 2]) -> bool {
         let programs = self.programs.iter().map(|(_, program)| program);
         let mut displacing = programs.filter(|program| program.displaces());

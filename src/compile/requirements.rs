@@ -11,11 +11,11 @@ pub(crate) struct SamplingRequirements {
     pub parts: bool,
     /// For each set of [`Points`], the colliders that are sampled at them.
     pub several: [PartSampling; Points::ALL.len()],
-    /// True if programs need those samples one by one.
+    /// True if any program is sampled at these points; radial batches alone do not count.
     pub points: bool,
     /// True if bodies are to be cut where borders pass through them.
     pub pieces: bool,
-    /// True if volumes of parts are read.
+    /// True if any force depends on the volumes of parts.
     pub displaced: bool,
     /// True if colliders are sampled one by one at the centre of mass.
     pub apart: bool,
@@ -67,7 +67,7 @@ impl SamplingRequirements {
         self.several.iter().any(|it| *it != PartSampling::None)
     }
 
-    /// These requirements with those of a body's own sampling, if it has one.
+    /// These requirements with those of the sampling that was set for a body, if there is one.
     pub(crate) fn with(mut self, own: Option<Sampling>) -> Self {
         if let Some(sampling) = own {
             self.add(SamplingRule::own(sampling));

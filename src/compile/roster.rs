@@ -6,14 +6,14 @@ use super::program::Program;
 /// A follower that is behind by more changes than this may have to start over.
 const LONGEST: usize = 4096;
 
-/// Numbers of programs by properties that callers ask for, and the latest changes.
+/// The numbers of the programs that have certain properties, and the latest changes of programs.
 #[derive(Debug)]
 pub(crate) struct Roster {
     /// A number that no other roster has.
     name: u64,
     /// Programs with forces of unbounded reach, by number.
     unbounded: Vec<u32>,
-    /// Programs with forces, of which an instance is anchored to a body or collider, by number.
+    /// Programs with forces and with an instance that is anchored to a body or collider, by number.
     moving: Vec<u32>,
     /// The number of changes that were dropped from the list.
     forgotten: u64,
@@ -60,12 +60,12 @@ impl Roster {
         &self.unbounded
     }
 
-    /// Programs with forces, of which an instance is anchored to a body or collider.
+    /// Programs with forces and with an instance that is anchored to a body or collider.
     pub(crate) fn moving(&self) -> &[u32] {
         &self.moving
     }
 
-    /// The changes since then, as program and term; `None` if the list does not reach back that far.
+    /// The changes since `followed`, as program and term; `None` if the list does not reach back that far.
     pub(crate) fn since(&self, followed: Followed) -> Option<&[(u32, Key)]> {
         let known = followed.changes.checked_sub(self.forgotten);
         let known = known.filter(|_| followed.name == self.name)?;
