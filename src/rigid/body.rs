@@ -28,10 +28,10 @@ pub(crate) struct Body {
     pub sleeping: bool,
     /// Time for which it has been slow enough to fall asleep (s).
     pub drowsy: Real,
-    /// Time after which such a body falls asleep (s).
+    /// Time after which a slow body falls asleep (s).
     pub patience: Real,
     pub gravity_scale: Real,
-    /// Force set by the user, without that of fields.
+    /// Force set by the user, without the force of fields.
     pub user_force: Vector,
     pub user_torque: Vector,
     /// Rates of Rapier's damping, linear and angular (1/s).
@@ -41,7 +41,7 @@ pub(crate) struct Body {
     pub parts: PartsMark,
 }
 
-/// It changes whenever colliders are added to a body or removed, because new ones come last.
+/// A mark of a body's list of colliders. It changes whenever one is added or removed, because new ones come last.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 pub(crate) struct PartsMark {
@@ -104,7 +104,7 @@ impl Body {
     }
 
     /// The inertia of a body at angular velocity `angvel` if this crate is to compute its free rotation: it
-    /// turns, no axis is locked, gyroscopic forces are on, and its moments differ (which is not asked with
+    /// turns, no axis is locked, gyroscopic forces are on, and its moments differ (which is not required with
     /// `balls_too`). `None` if Rapier is to turn it.
     pub(crate) fn free_top(&self, angvel: Vector, balls_too: bool) -> Option<Inertia> {
         let [x, y, z] = self.inv_principal_inertia.to_array();

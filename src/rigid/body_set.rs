@@ -2,7 +2,7 @@
 
 use crate::math::RigidBodyHandle;
 
-/// The generation of each body, by the index of its handle; [`ABSENT`] where there is none.
+/// The generation of each body, by the index of its handle; [`ABSENT`] where there is no body.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct BodySet(Vec<u32>);
 

@@ -2,12 +2,12 @@
 
 use crate::math::{Real, RigidBodyHandle, Vector};
 
-/// The last impact of a body that was put on another path within a step.
+/// The last impact of a body whose path was changed by impacts within a step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct MidStepImpact {
     pub body: RigidBodyHandle,
-    /// The share of the step before that.
+    /// The fraction of the step before the impact.
     pub share: Real,
-    /// The acceleration and torque by fields that were assumed from then on, if the body is moved within the step.
+    /// The acceleration and torque by fields that were assumed after the impact, if the body is moved within the step.
     pub presumed: Option<[Vector; 2]>,
 }

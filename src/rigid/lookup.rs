@@ -43,7 +43,8 @@ pub(crate) fn local_pose(collider: &Collider) -> Pose {
     local_pose.unwrap_or(Pose::IDENTITY)
 }
 
-/// The world pose of a collider, from that of its body: its own lags until Rapier's next step. `None` without the body.
+/// The world pose of a collider, from the pose of its body: the collider's own is outdated until Rapier's next step.
+/// `None` if the body is gone.
 pub(crate) fn world_pose<'a>(
     collider: &Collider,
     body: impl FnOnce(RigidBodyHandle) -> Option<&'a RigidBody>,

@@ -17,7 +17,7 @@ pub(crate) struct Mobility {
 }
 
 impl Mobility {
-    /// With the inverse mass and inertia that Rapier had for the body when it was copied.
+    /// From the inverse mass and inertia that Rapier had for the body when the body was copied.
     pub(crate) fn of(body: &Body) -> Self {
         Mobility {
             inv_mass: to_dvec3(body.inv_mass),
@@ -45,7 +45,7 @@ impl Mobility {
         matrix
     }
 
-    /// P and its pseudo-inverse, where P P = M⁻¹. The part of rotation is zero if its inertia is not finite.
+    /// P and its pseudo-inverse, where P P = M⁻¹. The rotational part is zero if the inertia is not finite.
     pub(crate) fn roots(&self) -> (Matrix6<f64>, Matrix6<f64>) {
         let (mut root, mut inverse) = (Matrix6::zeros(), Matrix6::zeros());
         for (axis, value) in self.inv_mass.to_array().into_iter().enumerate() {
@@ -81,7 +81,7 @@ impl Mobility {
     }
 }
 
-/// Bound of the rounds of an eigenvalue iteration; matrices of finite entries end far below it.
+/// Bound of the rounds of an eigenvalue iteration; matrices of finite entries need far fewer.
 const MOST_ROUNDS: usize = 500;
 
 /// The eigenvalues and eigenvectors of a symmetric matrix; `None` if an entry is not finite, since the
@@ -146,7 +146,7 @@ pub(crate) fn cross_matrix(v: DVec3) -> Matrix3<f64> {
     Matrix3::new(0.0, -v.z, v.y, v.z, 0.0, -v.x, -v.y, v.x, 0.0)
 }
 
-/// The parts of a body's inverse inertia from which that in the world follows at any attitude.
+/// The parts of a body's inverse inertia from which the inverse inertia in world axes follows at any attitude.
 pub(crate) fn turned_inertia(body: &Body) -> TurnedInertia {
     TurnedInertia {
         inverse: to_dvec3(body.inv_principal_inertia),
@@ -156,7 +156,7 @@ pub(crate) fn turned_inertia(body: &Body) -> TurnedInertia {
 }
 
 impl Body {
-    /// Its angular momentum about the centre of mass, in world axes. Axes that cannot turn add nothing to it.
+    /// Its angular momentum about the centre of mass, in world axes; see [`TurnedInertia::momentum`].
     pub(crate) fn angular_momentum_now(&self) -> DVec3 {
         let attitude = to_dquat(self.pose.rotation);
         turned_inertia(self).momentum(attitude, to_dvec3(self.angvel))
@@ -172,7 +172,7 @@ pub(crate) struct TurnedInertia {
 }
 
 impl TurnedInertia {
-    /// The inverse inertia in world axes at an attitude. Locks are of world axes, as in Rapier.
+    /// The inverse inertia in world axes at an attitude. Locked axes are those of the world, as in Rapier.
     pub(crate) fn at(&self, attitude: crate::math::DQuat) -> Matrix3<f64> {
         let to_world = attitude * self.principal_to_body;
         let columns = DVec3::AXES.map(|axis| to_world * axis);
@@ -188,7 +188,8 @@ impl TurnedInertia {
         inertia
     }
 
-    /// The angular momentum at an angular velocity, in world axes. Axes that cannot turn add nothing to it.
+    /// The angular momentum at an angular velocity, in world axes. A principal axis whose inverse moment is zero adds
+    /// nothing to it.
     pub(crate) fn momentum(&self, attitude: crate::math::DQuat, angvel: DVec3) -> DVec3 {
         let to_world = attitude * self.principal_to_body;
         let moments = self.inverse.to_array().map(inverse_or_zero);

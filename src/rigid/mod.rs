@@ -1,5 +1,5 @@
 //! One rigid body, mostly in 64-bit precision: its state, inertia and free rotation, the wrench on it, and its
-//! response to that. Rapier's sets are read through [`Lookup`] only.
+//! response to a wrench. Rapier's sets are read through [`Lookup`] only.
 
 mod body;
 mod body_set;

@@ -6,7 +6,7 @@ fn index(handle: RigidBodyHandle) -> u32 {
     handle.into_raw_parts().0
 }
 
-/// Puts a list in order; mostly it is already.
+/// Sorts a list, which is in order already in most cases.
 pub(crate) fn sort_by_body<T>(list: &mut [T], body: impl Fn(&T) -> RigidBodyHandle) {
     let index = |it: &T| index(body(it));
     if !list.is_sorted_by_key(index) {
@@ -24,7 +24,7 @@ pub(crate) fn find(handles: &[RigidBodyHandle], handle: RigidBodyHandle) -> Opti
     find_by(handles, handle, |known| *known)
 }
 
-/// [`find`] for callers that ask in the order of the list: `at` is the place that the walk through it has reached.
+/// [`find`] for look-ups in the order of the list: `at` is the place that the last one has reached.
 #[inline]
 pub(crate) fn find_next_place(
     handles: &[RigidBodyHandle],
@@ -34,7 +34,7 @@ pub(crate) fn find_next_place(
     find_next(handles, at, handle, |known| *known).map(|_| *at)
 }
 
-/// [`find`] in a list of any items that have a `body`.
+/// [`find`] in a list of items, each with its `body`.
 pub(crate) fn find_by<T>(
     list: &[T],
     handle: RigidBodyHandle,
@@ -44,8 +44,7 @@ pub(crate) fn find_by<T>(
     found.ok().filter(|place| body(&list[*place]) == handle)
 }
 
-/// The item of a body, for callers that ask in the order of the list: `at` is the place that the walk through
-/// it has reached.
+/// The item of a body, for look-ups in the order of the list: `at` is the place that the last one has reached.
 pub(crate) fn find_next<'a, T>(
     list: &'a [T],
     at: &mut usize,

@@ -1,19 +1,19 @@
 //! Torque-free rotation of a rigid body over one time step, realised through Rapier.
 //!
 //! Rapier turns a body with a constant world angular velocity over `n` linearised substeps and
-//! bends that velocity by a first-order gyroscopic term, which pumps energy and, in `f32`, drifts
+//! changes that velocity by a first-order gyroscopic term, which adds energy and, in `f32`, drifts
 //! faster the smaller the step. With that term off (`enable_gyroscopic_forces(false)`) and fast
-//! rotation allowed, the caller gets the exact motion out of the same machinery:
+//! rotation allowed, Rapier carries out the exact motion as follows:
 //!
 //! 1. before the step, [`Inertia::angular_momentum`] L of the body, then its
 //!    [`Inertia::free_rotation`] ΔR over the step, then [`steady_angvel`] of ΔR as the velocity;
 //! 2. Rapier steps;
-//! 3. after it, [`Inertia::angvel_after`] of L and the attitude Rapier reached, plus whatever
-//!    contacts and joints added to the steady velocity.
+//! 3. after it, [`Inertia::angvel_after`] of L and the attitude that Rapier reached, plus the change of the
+//!    steady velocity by contacts and joints.
 //!
-//! L never passes through the attitude error of the step, so it is kept to rounding, as is ΔR. All
-//! arithmetic is `f64` in both builds, rounded once on the way out: the rounding of `f32` is biased
-//! over many steps, and the conversion costs nothing.
+//! The error of the attitude does not enter L, so L is kept to rounding, as is ΔR. All arithmetic is
+//! `f64` in both builds, and results are rounded once: the rounding of `f32` is biased over many steps,
+//! and the conversion costs nothing.
 
 use super::small_turn::{AxisCoupling, SeriesPlan, series_error};
 use super::taylor_rotation::Rotor;
@@ -24,7 +24,7 @@ use crate::rapier::dynamics::{MassProperties, RigidBody};
 #[cfg(test)]
 pub(super) mod tests;
 
-/// Bound of the relative energy error of the splitting, however long the motion; see [`Splitting::steps`].
+/// Bound of the relative energy error of the splitting, which does not grow with time; see [`Splitting::steps`].
 pub(crate) const ENERGY_ERROR: f64 = 1.0e-5;
 
 /// The bound for a splitting that is one step of a composition of fourth order: the error of the composition is
@@ -36,15 +36,15 @@ pub(crate) const COMPOSED_ENERGY_ERROR: f64 = 3.0e-3;
 const MAX_SPLITTING_STEPS: u32 = 256;
 
 /// Largest tangent of half the angle of one linearised substep: a substep of half a turn would need an infinite
-/// velocity. The cap costs 2e-4 rad of such a substep, and nothing elsewhere.
+/// velocity. The cap costs such a substep 2e-4 rad, and changes no other.
 const MAX_HALF_TANGENT: f64 = 1.0e4;
 
 /// Up to this tangent of half an angle, tangents and their arcs are series.
 const SMALL_TANGENT: f64 = 0.05;
 
-/// Moments within this relative spread count as equal: they come out of an eigendecomposition in [`Real`], good
-/// to some tens of roundings. If a top with such a spread is treated as spherical, the error in the direction
-/// of L is no larger than the spread.
+/// Moments within this relative spread count as equal: Rapier computes them by an eigendecomposition in [`Real`],
+/// accurate to some tens of roundings. If a top with such a spread is treated as spherical, the error in the
+/// direction of L is no larger than the spread.
 const SPHERICAL_SPREAD: Real = 64.0 * Real::EPSILON;
 
 /// The rotational inertia of a free rigid body.
@@ -59,7 +59,7 @@ pub(crate) struct Inertia {
 }
 
 impl Inertia {
-    /// The inertia of `body`, or `None` if it is no free top: not dynamic, or an axis cannot turn.
+    /// The inertia of `body`, or `None` if it is no free top: not dynamic, or it cannot turn about some axis.
     pub(crate) fn of(body: &RigidBody) -> Option<Self> {
         let free = body.is_dynamic() && !body.is_rotation_locked().contains(&true);
         free.then(|| Self::new(&body.mass_properties().local_mprops))
@@ -101,8 +101,8 @@ impl Inertia {
         to_world * (self.moments * (to_world.inverse() * angvel))
     }
 
-    /// w = I⁻¹ L: the world angular velocity that carries `angular_momentum_world` at
-    /// `attitude_after`, the attitude the step ended in.
+    /// w = I⁻¹ L: the world angular velocity of a body with `angular_momentum_world` at `attitude_after`, the
+    /// attitude at the end of the step.
     pub(crate) fn angvel_after(
         &self,
         attitude_after: DQuat,
@@ -115,15 +115,15 @@ impl Inertia {
 
     /// ΔR of free motion over `dt`: the attitude goes from R to ΔR R.
     ///
-    /// A small turn is a series of its scaled axis ([`AxisCoupling`]). Else, where one step of the splitting below is good
-    /// to rounding, as for all symmetric tops, it is used. Else several of those series, or a Taylor series
-    /// ([`Rotor::attitude_after`]), give ΔR to rounding. If the body turns too often for that, more than some ten times
-    /// within `dt`, the splitting takes the number of steps that keeps it within [`ENERGY_ERROR`].
+    /// A small turn is a series of its scaled axis ([`AxisCoupling`]). Else one step of the splitting below is used
+    /// where it is accurate to rounding, as for all symmetric tops. Else several of those series, or a Taylor series
+    /// ([`Rotor::attitude_after`]), give ΔR to rounding. If the body turns too often for that, more than some ten
+    /// times within `dt`, the splitting takes the number of steps that keeps its energy within [`ENERGY_ERROR`].
     ///
     /// With b the middle moment and ℓ = Rᵀ L, the kinetic energy is
     /// |ℓ|²/2b + (1/a - 1/b) ℓₐ²/2 + (1/c - 1/b) ℓ_c²/2. The first term commutes with the others
     /// and turns the body about L by |L| dt / b; each of the others turns it about its own axis,
-    /// and the two are Strang-split. A symmetric top has only one of them and comes out exact.
+    /// and the two are Strang-split. A symmetric top has only one of them, so its rotation is exact.
     ///
     /// Splitting into single-axis turns: Touma and Wisdom, Astron. J. 107 (1994) 1189; Dullweber,
     /// Leimkuhler and McLachlan, J. Chem. Phys. 107 (1997) 5840. How much the choice of
@@ -202,7 +202,7 @@ struct PrincipalAxis {
     direction: DVec3,
     /// Rate of turning per unit of angular momentum along the axis.
     rate: f64,
-    /// Upper bound of the speed of turning.
+    /// Upper bound of the angular speed of this part of the rotation.
     max_speed: f64,
 }
 
@@ -210,7 +210,7 @@ struct PrincipalAxis {
 struct Splitting {
     /// 1/b, b the middle moment.
     common_rate: f64,
-    /// The faster axis: its half turns on the outside have the smaller error constant.
+    /// The faster axis: the error constant is smaller with its half turns on the outside.
     outer: PrincipalAxis,
     inner: PrincipalAxis,
     /// 2 E / |L|, the angular velocity along L.
@@ -227,7 +227,7 @@ impl Splitting {
         let twice_energy = momentum.dot(inverse * momentum);
         let axis = |k: usize| {
             let rate = inverse[k] - common_rate;
-            // Along one axis neither |L| nor the whole energy can be exceeded.
+            // The angular momentum along one axis is bounded by |L|, and by the whole energy.
             let most = momentum
                 .length_squared()
                 .min(twice_energy * inertia.moments[k]);
@@ -250,16 +250,16 @@ impl Splitting {
         }
     }
 
-    /// The number of substeps over `dt` that keeps the relative error of the energy within `energy_error`.
+    /// The number of steps over `dt` that keeps the relative error of the energy within `energy_error`.
     ///
-    /// The splitting conserves an energy that differs from the true one by α² γ / (8 θ steps²) of
-    /// it at most, with α, γ the largest turns of the two axes over `dt` and θ = 2 E dt / |L|.
+    /// The splitting conserves an energy that differs from the true one by a fraction of at most
+    /// α² γ / (8 θ steps²), with α, γ the largest turns of the two axes over `dt` and θ = 2 E dt / |L|.
     /// The form is that of the leading term of the modified Hamiltonian, [A, [A, C]]; the 8 was
     /// measured: the largest error over 3000 random tops at |w| dt = 0.2 is 8.7e-6.
     fn steps(&self, dt: f64, energy_error: f64) -> u32 {
         let (outer, inner) = (self.outer.max_speed, self.inner.max_speed);
         let error = 0.125 * outer * outer * inner * dt * dt / (self.mean_speed * energy_error);
-        // The cast saturates, and takes the NaN of a body at rest to zero.
+        // The cast saturates, and turns the NaN of a body at rest into zero.
         (error.sqrt().ceil() as u32).clamp(1, MAX_SPLITTING_STEPS)
     }
 
@@ -307,7 +307,7 @@ pub(crate) fn steady_angvel(delta: DQuat, dt: Real, substeps: u32) -> Vector {
         return Vector::ZERO;
     }
     let substeps = f64::from(substeps.max(1));
-    // The tangent of half the angle, then of that of a substep. `atan2` keeps all digits of small angles.
+    // The tangent of half the angle, then that for one substep. `atan2` keeps all digits of small angles.
     let whole = sine / delta.w;
     let tangent = if whole.abs() <= SMALL_TANGENT {
         small_tangent(whole, substeps)
@@ -318,7 +318,7 @@ pub(crate) fn steady_angvel(delta: DQuat, dt: Real, substeps: u32) -> Vector {
     from_dvec3(axis * (2.0 * substeps / to_f64(dt) * tangent / sine))
 }
 
-/// tan(atan(`tangent`) / `parts`) to rounding, for a small tangent.
+/// tan(atan(`tangent`) / `parts`) to rounding, for a `tangent` of at most [`SMALL_TANGENT`].
 fn small_tangent(tangent: f64, parts: f64) -> f64 {
     let x = tangent * tangent;
     let arc = [-1.0 / 11.0, 1.0 / 9.0, -1.0 / 7.0, 0.2, -1.0 / 3.0, 1.0];
@@ -343,7 +343,7 @@ pub(super) fn tangent_ratio<N: Plain>(y2: N) -> N {
         .fold(highest.into(), |sum: N, term| sum * y2 + *term)
 }
 
-/// `rotation` in 64-bit precision, normalised again, since Rapier's has unit length only up to its rounding.
+/// `rotation` in 64-bit precision, normalised again, since Rapier's has unit length only to the rounding of [`Real`].
 pub(crate) fn to_dquat(rotation: Rotation) -> DQuat {
     let [x, y, z, w] = rotation.to_array().map(to_f64);
     DQuat::from_xyzw(x, y, z, w).normalize()

@@ -1,10 +1,10 @@
-//! Drag at the centre of mass in closed form: the derivative of its force by the velocity, and its mean over a
-//! step, which stops a body and does not turn it back.
+//! Drag at the centre of mass in closed form: the derivative of its force with respect to the velocity, and its mean
+//! over a step, which stops a body and does not reverse its velocity.
 
 use crate::number::{Mask, Plain, Vec3, length};
 
-/// The derivative of a force at the centre of mass by the velocity: −∂F/∂v is `across` times the identity plus
-/// `along` times a aᵀ, with the unit vector a = `axis`, in world axes.
+/// The derivative of a force at the centre of mass with respect to the velocity: −∂F/∂v is `across` times the identity
+/// plus `along` times a aᵀ, with the unit vector a = `axis`, in world axes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Slowing<T = f64> {
     pub across: T,
@@ -31,8 +31,8 @@ pub(crate) fn phi1<T: Plain>(x: T) -> T {
     T::select(is_large, x.map(f64::exp_m1) / x, small)
 }
 
-/// The velocity `was + more`, with zero for each component that is nothing but rounding, or whose square would
-/// be: a body that drag stops does not turn back.
+/// The velocity `was + more`, with zero for each component that is nothing but rounding, or slower than
+/// [`SLOWEST`]: a body that drag stops must not move backwards.
 #[inline(always)]
 pub(crate) fn stopped<T: Plain>(was: Vec3<T>, more: Vec3<T>) -> Vec3<T> {
     was.zip(more, |was, more| {
@@ -53,13 +53,13 @@ impl<T: Plain> Slowing<T> {
         }
     }
 
-    /// Where the force does not depend on the velocity.
+    /// True in the lanes in which the force does not depend on the velocity.
     #[inline(always)]
     pub(crate) fn is_none(&self) -> T::Mask {
         self.across.equals(0.0) & self.along.equals(0.0)
     }
 
-    /// The derivative of F = −w (c₁ + c₂ s) u, where u is the velocity past the medium and s its length, from
+    /// The derivative of F = −w (c₁ + c₂ s) u, where u is the velocity relative to the medium and s its length, from
     /// F, w = `weight`, c₁ = `linear` and c₂ = `quadratic`.
     #[inline(always)]
     pub(crate) fn of_drag(force: Vec3<T>, weight: T, [linear, quadratic]: [f64; 2]) -> Self {
@@ -89,9 +89,8 @@ impl<T: Plain> Slowing<T> {
         self.axis = Vec3::select(other.along.equals(0.0), self.axis, other.axis);
     }
 
-    /// The mean over `duration` of the acceleration of a body that starts at `all`, drag and Rapier's damping
-    /// (of rate `damping`) included, and falls with the velocity as they do. Exact where the force is linear in
-    /// the velocity.
+    /// The mean acceleration of a body over `duration`, given the whole acceleration `all` at the start, drag and
+    /// Rapier's damping (of rate `damping`) included. Exact where the force is linear in the velocity.
     #[inline(always)]
     pub(crate) fn mean(&self, all: Vec3<T>, inv_mass: T, damping: T, duration: f64) -> Vec3<T> {
         let rate = -(self.across * inv_mass + damping) * duration;

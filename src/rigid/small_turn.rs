@@ -7,24 +7,24 @@
 use crate::math::{DQuat, DVec3, Real, to_f64};
 use crate::number::{Mask, Plain, Vec3, constant, real};
 
-/// The error (rad) of a series of order n is below this × angle ⁿ⁺¹ × coupling, or coupling ⁿ if that is larger, as long as
-/// coupling × angle is below one. Nearly twice the largest error of 800,000 random tops, with moments up to a factor of
-/// 10⁶ apart: 0.0102 and 0.0013.
+/// The error (rad) of a series of order n is below this × angleⁿ⁺¹ × coupling, or couplingⁿ if that is larger, as long
+/// as coupling × angle is below one. Nearly twice the values 0.0102 and 0.0013 that fit the largest errors of 800,000
+/// random tops, with moments up to a factor of 10⁶ apart.
 const ERROR_OF_FOURTH: f64 = 0.02;
 const ERROR_OF_SIXTH: f64 = 0.0025;
 
-/// Largest angle (rad) of one series: sine and cosine of half of it are series, too.
+/// Largest angle (rad) of one series: sine and cosine of half the angle are series, too.
 const MOST: f64 = 0.2;
 
-/// Most series that are put together: seven take about as long as the Taylor series for the same turn.
+/// The largest number of series in a row: seven take about as long as the Taylor series for the same turn.
 const MOST_STEPS: u32 = 8;
 
-/// The error (rad) of a step's rotation that counts as rounding.
+/// The error (rad) of the rotation over a step that counts as rounding.
 pub(super) fn series_error() -> f64 {
     0.01 * to_f64(Real::EPSILON)
 }
 
-/// How free rotation about the principal axes couples: w' = coupling · (w.y w.z, w.z w.x, w.x w.y), by components.
+/// The coupling of the principal axes in a free rotation: w' = coupling · (w.y w.z, w.z w.x, w.x w.y), by components.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct AxisCoupling<N>(Vec3<N>);
 
@@ -43,7 +43,7 @@ pub(super) struct SeriesPlan {
 }
 
 impl<N: Plain> AxisCoupling<N> {
-    /// Of principal moments, and their reciprocals.
+    /// From the principal moments and their reciprocals.
     #[inline(always)]
     pub(super) fn new(moments: Vec3<N>, inverse_moments: Vec3<N>) -> Self {
         let Vec3 { x, y, z } = moments;
@@ -61,15 +61,15 @@ impl<N: Plain> AxisCoupling<N> {
         self.0.times(products)
     }
 
-    /// An upper bound of the turn (rad) in a time in which the angular velocity at the start makes `angle`: the angular
-    /// acceleration is at most coupling · |w|² / √3, so that |w| may grow meanwhile. Infinite or NaN without a bound.
+    /// An upper bound of the turn (rad) in the time in which the angular velocity of the start, if constant, would turn
+    /// the body by `angle`: |w| grows at a rate of at most coupling · |w|² / √3. Infinite or NaN if there is no bound.
     #[inline(always)]
     pub(super) fn longest(self, angle: N) -> N {
         let slack = N::from(1.0) - self.strongest() * angle * (1.0 / 3.0_f64.sqrt());
         N::select(slack.above(0.0), angle / slack, f64::INFINITY.into())
     }
 
-    /// Where one series of some order keeps an error (rad) over a turn of at most `longest`.
+    /// True in the lanes in which one series of this order keeps `error` (rad) over a turn of at most `longest` (rad).
     #[inline(always)]
     pub(super) fn keeps(self, order: SeriesOrder, longest: N, error: f64) -> N::Mask {
         let (coupling, x) = (self.strongest(), longest);
@@ -82,8 +82,8 @@ impl<N: Plain> AxisCoupling<N> {
         x.at_most(MOST) & (coupling * x).at_most(1.0) & omitted.at_most(error)
     }
 
-    /// The scaled axis, in principal axes, of the rotation in a unit of time from an angular velocity in these axes on:
-    /// by the series of fourth order, but where `is_long` is set, by that of sixth order.
+    /// The scaled axis of the rotation in a unit of time that begins with this angular velocity; both in principal
+    /// axes. By the series of sixth order where `is_long` is set, else by that of fourth order.
     #[inline(always)]
     pub(super) fn scaled_axis(self, angvel: Vec3<N>, is_long: N::Mask) -> Vec3<N> {
         // `tn` is the term of Φ with the n-th power of time.
@@ -116,7 +116,7 @@ impl<N: Plain> AxisCoupling<N> {
 }
 
 impl AxisCoupling<f64> {
-    /// The shortest plan for a turn by about `angle` with an error (rad) of at most `error`; `None` if no plan does.
+    /// The shortest plan for a turn by about `angle` with an error (rad) of at most `error`; `None` if there is none.
     pub(super) fn plan(self, angle: f64, error: f64) -> Option<SeriesPlan> {
         let longest = self.longest(angle);
         // False for NaN, too.
@@ -137,7 +137,7 @@ impl AxisCoupling<f64> {
         Some(SeriesPlan { steps, order })
     }
 
-    /// The rotation, in principal axes, in a unit of time from an angular velocity in these axes on.
+    /// The rotation in a unit of time that begins with this angular velocity; both in principal axes.
     pub(super) fn turn(self, angvel: DVec3, plan: SeriesPlan) -> DQuat {
         let is_long = plan.order == SeriesOrder::Sixth;
         small_rotation(real(self.scaled_axis(constant(angvel), is_long)))
@@ -154,7 +154,7 @@ fn both<N: Plain>(a: Vec3<N>, b: Vec3<N>) -> Vec3<N> {
     product(a, b) + product(b, a)
 }
 
-// Products take a fraction of the time of quotients.
+// Factors, since a multiplication takes a fraction of the time of a division.
 const HALF: f64 = 0.5;
 const THIRD: f64 = 1.0 / 3.0;
 const FIFTH: f64 = 0.2;
@@ -177,7 +177,7 @@ mod tests {
     use super::super::taylor_rotation::Rotor;
     use super::*;
 
-    /// The error of a plan that is to keep `error`, against a Taylor series to the last digits; `None` without a plan.
+    /// The error of the plan for at most `error`, measured against a Taylor series; `None` if there is no plan.
     fn error_of(moments: DVec3, angvel: DVec3, error: f64) -> Option<(f64, SeriesPlan)> {
         let coupling = coupling_of(moments);
         let plan = coupling.plan(angvel.length(), error)?;
@@ -200,14 +200,14 @@ mod tests {
         AxisCoupling::new(constant(moments), constant(moments.recip()))
     }
 
-    /// Random numbers from 10 to the power of `-most` to 10 to that of `most`.
+    /// Random numbers from 10 to the power of −`most` to 10 to the power of `most`.
     fn powers(random: &mut Random, most: f64) -> DVec3 {
         let exponents = random.vector() * most;
         DVec3::from_array(exponents.to_array().map(|x| 10_f64.powf(x)))
     }
 
     #[test]
-    fn plans_keep_their_errors() {
+    fn plans_keep_the_error_they_are_made_for() {
         let mut random = Random(11);
         let mut plans = [0; 10];
         for case in 0..30_000 {
@@ -215,7 +215,7 @@ mod tests {
             let moments = if case % 2 == 0 {
                 DVec3::new(mass.y + mass.z, mass.x + mass.z, mass.x + mass.y)
             } else {
-                // No body has them, but users may state them.
+                // No solid body has such moments, but users may set them.
                 powers(&mut random, 3.0)
             };
             let angle = 10_f64.powf(2.0 * random.next() - 2.0);
@@ -229,7 +229,7 @@ mod tests {
                 SeriesOrder::Fourth => 0,
                 SeriesOrder::Sixth => plan.steps as usize,
             }] += 1;
-            // The Taylor series and the sums have errors of rounding.
+            // The Taylor series and the product of turns have rounding errors.
             assert!(
                 found <= error + 1e-14,
                 "{found:e} for {error:e}: {moments} {angvel} {plan:?}"
@@ -239,7 +239,7 @@ mod tests {
     }
 
     #[test]
-    fn errors_are_of_the_fourth_and_the_sixth_order() {
+    fn the_two_series_are_of_fourth_and_sixth_order() {
         let (moments, way) = (DVec3::new(0.7, 1.1, 1.5), DVec3::new(0.5, -0.3, 0.8));
         let error = |order, angle: f64| {
             let plan = SeriesPlan { steps: 1, order };
@@ -264,7 +264,7 @@ mod tests {
     }
 
     #[test]
-    fn what_turns_too_fast_or_is_not_finite_has_no_plan() {
+    fn turns_that_are_too_fast_or_not_finite_have_no_plan() {
         let coupling = coupling_of(DVec3::new(0.7, 1.1, 1.5));
         for angle in [2.0, 1e9, f64::INFINITY, f64::NAN] {
             assert_eq!(coupling.plan(angle, 1e-9), None, "{angle}");

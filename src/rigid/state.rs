@@ -1,4 +1,4 @@
-//! The state of a body in steps smaller than Rapier's.
+//! The state of a body in substeps of Rapier's step.
 
 use super::body::Body;
 use super::mobility::{self, Mobility, TurnedInertia, pair, six};
@@ -9,7 +9,7 @@ use crate::math::{DQuat, DVec3, RigidBodyHandle, to_dvec3, to_f64};
 use crate::number::{constant, real};
 use crate::rapier::na::Vector6;
 
-/// A body on its way through the inner steps, in 64-bit precision and world axes.
+/// A body during substeps, in 64-bit precision and world axes.
 #[derive(Clone, Debug)]
 pub(crate) struct RigidState {
     pub body: RigidBodyHandle,
@@ -20,10 +20,11 @@ pub(crate) struct RigidState {
     pub angvel: DVec3,
     pub local_com: DVec3,
     pub turning: Turning,
+    /// The position of the centre of mass, and the attitude, at the start.
     pub start: (DVec3, DQuat),
     /// The velocities at the start, linear and angular.
     pub began: (DVec3, DVec3),
-    /// Acceleration by gravity and the user's force, which Rapier adds.
+    /// Acceleration apart from fields: by gravity and the user's force, of held bodies also by contacts and joints.
     pub acceleration: DVec3,
     /// Rates of Rapier's damping, linear and angular (1/s).
     pub damping: [f64; 2],
@@ -43,7 +44,7 @@ pub(crate) enum Turning {
     Free(Inertia, DVec3),
     /// At constant angular velocity.
     Steady,
-    /// At the angular velocity that Rapier gave it, whatever the kicks: no field can turn bodies, and it is not damped.
+    /// At Rapier's angular velocity, which kicks do not change: no field can turn bodies, and damping slows nothing.
     LeftAlone,
 }
 
@@ -89,7 +90,7 @@ impl RigidState {
         }
     }
 
-    /// Moves on for the time `h` without forces. A free rotation keeps its energy within `energy_error`.
+    /// Moves the body for the time `h` without forces. A free rotation keeps its energy within `energy_error`.
     pub(crate) fn drift(&mut self, h: f64, energy_error: f64) {
         self.position += self.linvel * h;
         self.rotate(h, energy_error);
@@ -109,8 +110,8 @@ impl RigidState {
         }
     }
 
-    /// Moves on for the time `h` under its damping alone. A free rotation under damping takes the path of the undamped
-    /// one, slower and slower.
+    /// Moves the body for the time `h` under its damping alone. A free rotation under damping takes the path of the
+    /// undamped one, more and more slowly.
     pub(crate) fn coast(&mut self, h: f64, energy_error: f64) {
         if self.damping == [0.0; 2] {
             return self.drift(h, energy_error);
@@ -125,7 +126,7 @@ impl RigidState {
         self.damp(h);
     }
 
-    /// Moves the body by `square`, the square of a time, times its accelerations by a wrench and by what Rapier adds.
+    /// Displaces the body by `square`, the square of a time, times its accelerations by a wrench and apart from fields.
     pub(crate) fn shift(&mut self, wrench: Vector6<f64>, square: f64) {
         let (linear, angular) = pair(&self.mobility().apply(&wrench));
         self.position += (linear + self.acceleration) * square;
@@ -135,8 +136,8 @@ impl RigidState {
         }
     }
 
-    /// Advances the velocities by the time `lag` under a wrench and its own acceleration, and starts anew from
-    /// there: those of Rapier were behind by it.
+    /// Advances the velocities by the time `lag`, by which Rapier's are behind, under a wrench and the acceleration
+    /// apart from fields. The result counts as the velocities at the start.
     pub(crate) fn catch_up(&mut self, wrench: Wrench, lag: f64) {
         let (force, torque) = (to_dvec3(wrench.force), to_dvec3(wrench.torque));
         self.kick(force * lag, torque * lag);
@@ -180,7 +181,7 @@ impl RigidState {
         (self.linvel * self.mass, twist)
     }
 
-    /// The mean wrench of the fields since the start, over `dt`: force and torque.
+    /// The mean wrench of the fields since the start, a time `dt` ago: force and torque.
     pub(crate) fn mean_wrench(&self, dt: f64) -> (DVec3, DVec3) {
         let force = ((self.linvel - self.began.0) / dt - self.acceleration) * self.mass;
         let twist = match &self.turning {
@@ -247,7 +248,7 @@ mod tests {
         RigidState::new(&Body::of(handle, &body), true)
     }
 
-    /// Against many small drifts with damping in their middle, whose error falls with the square of their length.
+    /// Compares with many small drifts with damping in their middle, whose error falls with the square of their length.
     #[test]
     fn a_damped_body_coasts_in_closed_form() {
         let mut at_once = damped_top();

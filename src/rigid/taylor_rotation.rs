@@ -1,7 +1,7 @@
-//! Torque-free rotation at any moment of a step, to the last digits.
+//! Torque-free rotation at any moment of a step, to rounding.
 //!
-//! The time of an impact needs the attitude within a step, whereas [`super::rotation`] gives Rapier the
-//! rotation of a whole step. Euler's equations and that of the attitude are polynomials, so their Taylor series
+//! The search for the time of an impact needs the attitude within a step, whereas [`super::rotation`] gives Rapier the
+//! rotation over a whole step. Euler's equations and that of the attitude are polynomials, so their Taylor series
 //! follow from products of series. The motion is pieced together from such series.
 
 use crate::math::{DQuat, DVec3};
@@ -12,21 +12,21 @@ const ORDER: usize = 18;
 /// A series holds as far as its last terms stay below this.
 const SMALLEST_TERM: f64 = 1e-17;
 
-/// Most pieces of one path. A step in which a body turns some thousand times is not followed.
+/// The largest number of pieces of one path. A step in which a body turns some thousand times is not followed.
 const MOST_PIECES: usize = 8192;
 
-/// Most pieces where only the end of the path is asked for: some ten turns.
+/// The largest number of pieces where only the end of the path is needed: some ten turns.
 const MOST_TO_THE_END: usize = 64;
 
-/// Most guesses at a momentum, and the angle (rad) within which the last has to lead to the attitude. Each
-/// guess is better than the one before by about the square of the angle of the step.
+/// The largest number of guesses at a momentum, and the largest angle (rad) between the attitude that the last guess
+/// leads to and the wanted one. Each guess is better than the one before by about the square of the angle of the step.
 const MOST_TRIES: usize = 32;
 const ARRIVED: f64 = 1e-14;
 
-/// The inertia of a body, as its free rotation needs it.
+/// The inertia of a body, in the form that its free rotation needs.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Rotor {
-    /// Reciprocal principal moments; zero for an axis that nothing turns.
+    /// Reciprocal principal moments; zero for an axis about which the body cannot turn.
     pub inverse_moments: DVec3,
     pub principal_to_body: DQuat,
 }
@@ -52,7 +52,7 @@ struct SeriesPiece {
 }
 
 impl Rotor {
-    /// Returns true if all axes can turn.
+    /// Returns true if the body can turn about all axes.
     pub(crate) fn is_free(&self) -> bool {
         let moments = self.inverse_moments.recip();
         self.inverse_moments.min_element() > 0.0 && moments.is_finite()
@@ -90,8 +90,8 @@ impl Rotor {
             (moments[j] - moments[k]).abs() * self.inverse_moments[i]
         };
         let coupling = spread(0, 1, 2).max(spread(1, 2, 0)).max(spread(2, 0, 1));
-        // The squares of all products of two different components of a vector add up to at most a third of its fourth
-        // power.
+        // The squares of the products of two different components of a vector add up to at most a third of the fourth
+        // power of its length.
         [speed, coupling * speed * speed / 3_f64.sqrt()]
     }
 
@@ -123,7 +123,7 @@ impl Rotor {
     }
 
     /// The angular momentum, near a guess, of the free rotation from one attitude to another over `dt`; `None`
-    /// if the guess does not lead there.
+    /// if the iteration does not converge from the guess.
     pub(crate) fn momentum_between(
         &self,
         [from, to]: [DQuat; 2],
@@ -135,7 +135,7 @@ impl Rotor {
             let reached = self.attitude_after(from, momentum, dt, SMALLEST_TERM)?;
             let missing = to * reached.inverse();
             let missing = if missing.w < 0.0 { -missing } else { missing };
-            // The angle, for small rotations.
+            // The scaled axis of the missing rotation, if that is small.
             let missing = missing.xyz() * 2.0;
             if missing.length() <= ARRIVED {
                 return Some(momentum);
@@ -291,7 +291,7 @@ mod tests {
     const START: DQuat = DQuat::from_xyzw(0.5, -0.5, 0.5, 0.5);
 
     #[test]
-    fn a_ball_turns_steadily() {
+    fn a_ball_turns_at_a_constant_angular_velocity() {
         let (rotor, angvel) = (rotor([2.0; 3]), DVec3::new(3.0, -40.0, 12.0));
         let top = Top::new(rotor, START, angvel * 2.0, [0.5, 1.5]).expect("a path");
         for time in [0.5, 0.51, 0.9, 1.5] {
@@ -304,8 +304,7 @@ mod tests {
         }
     }
 
-    /// Along the path the derivative of the attitude is what the angular velocity says, and the
-    /// energy is kept: Euler's equations, whatever the moments.
+    /// The derivative of the attitude along the path agrees with the angular velocity, and the energy is conserved.
     #[test]
     fn an_asymmetric_top_obeys_eulers_equations() {
         let rotor = rotor([0.7, 1.1, 1.5]);
@@ -346,7 +345,7 @@ mod tests {
     }
 
     #[test]
-    fn what_turns_beyond_sense_has_no_path() {
+    fn a_top_that_turns_too_often_or_is_not_finite_has_no_path() {
         assert!(Top::new(rotor([1.0, 2.0, 3.0]), START, DVec3::X * 1e9, [0.0, 1.0]).is_none());
         assert!(Top::new(rotor([1.0; 3]), START, DVec3::X * f64::NAN, [0.0, 1.0]).is_none());
     }

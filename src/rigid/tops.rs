@@ -1,8 +1,8 @@
 //! Free rotations over a step, of eight bodies at a time.
 //!
-//! Rapier turns a body at constant angular velocity, over linearised substeps (see [`steady_angvel`]). Where one series of
-//! the scaled axis Φ of the rotation is good to rounding, that velocity follows from Φ itself: it is Φ/dt · tan(y)/y, as
-//! each substep turns by 2y = |Φ| / substeps.
+//! Rapier turns a body at constant angular velocity, over linearised substeps (see [`steady_angvel`]). Where one series
+//! of the scaled axis Φ of the rotation is accurate to rounding, that velocity follows from Φ itself: it is
+//! Φ/dt · tan(y)/y, as each substep turns by 2y = |Φ| / substeps.
 
 use super::body::Body;
 use super::rotation::{Inertia, steady_angvel, tangent_ratio, to_dquat};
@@ -21,7 +21,7 @@ pub(crate) struct FreeTop {
     /// About the principal axes; positive and finite.
     inverse_moments: Vector,
     angvel: Vector,
-    /// The angular impulse with which the rotation begins.
+    /// The angular impulse on the body at the beginning of the rotation.
     twist: DVec3,
     /// The number of substeps in which Rapier turns the body.
     substeps: u32,
@@ -36,7 +36,7 @@ pub(crate) struct SteadySpin {
     pub angvel: Vector,
 }
 
-/// The rotations of eight tops, and those of them that one series gives to rounding.
+/// The rotations of eight tops, and the lanes in which one series gives them to rounding.
 struct LaneSpins {
     momentum: Vec3<Lanes>,
     angvel: Vec3<Lanes>,
@@ -83,7 +83,7 @@ impl FreeTop {
 }
 
 impl LaneSpins {
-    /// Lanes after the last top repeat the first.
+    /// Lanes after the last top repeat the first top.
     #[inline(always)]
     fn of(tops: &[FreeTop], dt: f64) -> Self {
         let tops = each_lane(|lane| tops.get(lane).unwrap_or(&tops[0]));
@@ -150,7 +150,7 @@ mod tests {
     use crate::math::{DQuat, from_f64};
     use crate::number::{FORCED, lanes_of};
 
-    /// A top with positive moments, that turns over a step of unit length by about 10 to the power of −3 to 1.
+    /// A top with positive moments that turns over a step of unit length by about 10⁻³ to 10¹ rad.
     fn random_top(random: &mut Random) -> FreeTop {
         let quaternion = |random: &mut Random| {
             let [x, y, z, w] = [(); 4].map(|()| from_f64(random.next()));
@@ -185,7 +185,7 @@ mod tests {
     }
 
     #[test]
-    fn tops_turn_together_as_each_alone() {
+    fn tops_turn_together_as_each_does_alone() {
         let (mut random, mut small) = (Random(5), 0);
         for case in 0..2_000 {
             let count = 1 + case % LANES;
@@ -200,8 +200,8 @@ mod tests {
                     "{off:e}: {top:?}"
                 );
                 let off = (found.angvel - expected.angvel).length();
-                // The series leave a rounding of `Real` for a turn of one radian. The roundings of the momentum grow with
-                // the turn, and with the tangents of its substeps.
+                // The series leave a rounding of `Real` for a turn of one radian. The roundings of the momentum grow
+                // with the turn, and with the tangents of its substeps.
                 let size = 1.0 + expected.angvel.length();
                 let bound =
                     2.0 * Real::EPSILON * size + from_f64(64.0 * f64::EPSILON) * size * size;

@@ -40,7 +40,7 @@ fn rotation(q: DQuat) -> Rotation {
     Rotation::from_xyzw(x, y, z, w).normalize()
 }
 
-/// Uniform in [-1, 1), the same sequence in every run.
+/// Random numbers, uniform in [-1, 1), the same sequence in every run.
 pub(crate) struct Random(pub u64);
 
 impl Random {
@@ -94,7 +94,7 @@ fn symmetric_top_is_exact_over_any_step() {
     for row in rows {
         let delta = top.free_rotation(to_dquat(start), momentum, row.t);
         let error = angle_between(delta * to_dquat(start), row.attitude);
-        // Up to 30 rad of turning multiply the rounding of the moments and of `dt`.
+        // A turn of up to 30 rad multiplies the rounding of the moments and of `dt`.
         assert_within(
             error,
             either(1e-5, 1e-12),
@@ -103,7 +103,7 @@ fn symmetric_top_is_exact_over_any_step() {
     }
 }
 
-/// Follows a reference file row by row. Returns the largest errors of the body's angular velocity and energy.
+/// Follows a reference file row by row. Returns the largest relative errors of the body's angular velocity and energy.
 fn follow(csv: &str) -> (f64, f64) {
     let rows = rows(csv);
     let top = body_top([1.557596206665039, 2.5878665447235107, 1.1970621347427368]);
@@ -148,7 +148,7 @@ fn flipping_top_keeps_its_energy() {
     let (angvel, energy) = follow(include_str!(
         "../../../tests/data/e_free_top/top_near_intermediate_axis_dzhanibekov.csv"
     ));
-    // Next to the separatrix an error of 1e-7 becomes one of 1e-2 on the way.
+    // Near the separatrix an error of 1e-7 grows to 1e-2.
     assert_within(angvel, either(1e-1, 1e-3), "angular velocity");
     assert_within(energy, ENERGY_ERROR, "energy");
 }
@@ -197,7 +197,7 @@ fn linearised(angvel: Vector, dt: Real, substeps: u32) -> DQuat {
 }
 
 #[test]
-fn steady_velocity_reaches_the_rotation() {
+fn the_steady_velocity_leads_to_the_rotation() {
     let axis = DVec3::new(2.0, -1.0, 2.0) / 3.0;
     let dt = 1.0 / 60.0;
     for substeps in [1, 2, 4, 7] {
@@ -220,7 +220,7 @@ fn half_a_turn_in_one_substep_stays_finite() {
 }
 
 #[test]
-fn nothing_moves_at_rest_or_in_no_time() {
+fn a_body_at_rest_or_a_step_of_zero_gives_no_rotation() {
     let top = top([1.0, 2.0, 3.0]);
     let momentum = DVec3::new(1.0, 2.0, -3.0);
     for (momentum, dt) in [(momentum, 0.0), (DVec3::ZERO, 0.1), (DVec3::ZERO, 0.0)] {
@@ -239,7 +239,7 @@ fn nothing_moves_at_rest_or_in_no_time() {
 }
 
 #[test]
-fn bad_numbers_come_out_as_bad_numbers() {
+fn numbers_that_are_not_finite_give_velocities_that_are_not_finite() {
     let top = top([1.0, 2.0, 3.0]);
     for bad in [Real::NAN, Real::INFINITY] {
         let momentum = top.angular_momentum(DQuat::IDENTITY, to_dvec3(Vector::splat(bad)));
@@ -265,7 +265,7 @@ fn only_free_tops_have_an_inertia() {
 }
 
 #[test]
-fn spherical_means_to_rounding() {
+fn moments_that_are_equal_to_rounding_are_spherical() {
     assert!(top([0.3, 0.3, 0.3]).is_spherical());
     assert!(top([0.3, 0.3, 0.3 * (1.0 + to_f64(Real::EPSILON))]).is_spherical());
     assert!(!top([0.3, 0.3, 0.3 * (1.0 + 1e4 * to_f64(Real::EPSILON))]).is_spherical());
@@ -284,7 +284,7 @@ fn spinning(moments: Vector, angvel: Vector) -> (PhysicsWorld, RigidBodyHandle) 
         .allow_fast_rotation(true)
         .can_sleep(false);
     let handle = world.insert_body(body);
-    // Mass properties are there from the first step on.
+    // Rapier computes mass properties in the first step.
     world.step();
     world.bodies[handle].set_angvel(angvel, true);
     (world, handle)
@@ -341,7 +341,7 @@ fn rapier_body_keeps_energy_and_momentum() {
 }
 
 #[test]
-fn rapier_reaches_the_free_rotation() {
+fn rapier_carries_out_the_free_rotation() {
     let (mut world, handle) = spinning(Vector::new(1.0, 2.0, 3.0), Vector::new(5.0, 10.0, 2.0));
     let body = &world.bodies[handle];
     let (before, (momentum, _)) = (*body.rotation(), invariants(body));
