@@ -3,16 +3,15 @@
 use crate::field::Face;
 use crate::math::DVec3;
 
-/// Largest curvature times radius at which a round face cuts a ball as a plane a little behind its tangent
-/// plane.
+/// Largest curvature times radius at which a round face is replaced by a plane a little behind its tangent plane.
 const GENTLE: f64 = 0.25;
 
-/// The same for planes, and faces of unknown form: they cut as their tangent plane.
+/// The same for planes and faces of unknown form, which are replaced by their tangent plane.
 const FLAT: f64 = 1e-3;
 
 /// The part of a ball that is behind a face: its share of the volume, and the distance of its centre from the
 /// ball's, against the face's outward direction. `None` if there is no closed form, or if the centre of the
-/// rest is not outside of the spherical face: that point would not tell then on which side the rest is.
+/// rest is not outside of the spherical face: a sample there would be on the wrong side.
 pub(super) fn behind(radius: f64, face: &Face) -> Option<(f64, f64)> {
     let volume = 4.0 * radius.powi(3);
     if !face.is_sphere {
@@ -38,7 +37,7 @@ fn common(radius: f64, face: &Face) -> (f64, f64) {
     if apart <= radius - other {
         return ((other / radius).powi(3), apart);
     }
-    // A cap of each, on the plane in which they meet.
+    // A cap of each ball, on the plane in which the two spheres meet.
     let height = radius - ((apart - other) * (apart + other) + radius * radius) / (2.0 * apart);
     let (own, own_depth) = cap(radius, height);
     let height = (radius * radius - (apart - other).powi(2)) / (2.0 * apart);
@@ -48,8 +47,8 @@ fn common(radius: f64, face: &Face) -> (f64, f64) {
     (sum / (4.0 * radius.powi(3)), first / sum)
 }
 
-/// The distance of a ball's centre from the plane that cuts it like a face that bends little. That plane is
-/// behind the tangent plane by the mean deviation of the face over the disc in which it cuts the ball.
+/// The distance of a ball's centre from the plane that replaces a face that bends little. That plane is behind the
+/// tangent plane by the mean deviation of the face over the disc in which it cuts the ball.
 fn plane(radius: f64, face: &Face) -> Option<f64> {
     let bend = face.curvature * radius;
     let square = radius * radius - face.distance * face.distance;
@@ -63,7 +62,7 @@ fn plane(radius: f64, face: &Face) -> Option<f64> {
     }
 }
 
-/// The cap of a ball, given its height: 3/π of its volume, and the distance of its centre from the ball's.
+/// The cap of a ball, given its height: 3/π times its volume, and the distance of its centre from the ball's.
 fn cap(radius: f64, height: f64) -> (f64, f64) {
     let height = height.clamp(0.0, 2.0 * radius);
     let depth = 0.75 * (2.0 * radius - height).powi(2) / (3.0 * radius - height);

@@ -1,7 +1,7 @@
 //! Closed surfaces made of triangles, cut by planes.
 //!
-//! The enclosed volume is a sum of signed tetrahedra. So a solid need not be convex, and the lid on a cut may
-//! overlap itself: it is closed by a fan of triangles.
+//! The enclosed volume is a sum of signed tetrahedra. So a solid need not be convex, and the lid that closes a cut, a
+//! fan of triangles, may overlap itself.
 
 use crate::math::DVec3;
 
@@ -29,8 +29,8 @@ impl Plane {
     }
 
     /// The area of the plane's section through the solid that triangles enclose, and the integral over it of
-    /// the square of the distance from `apex`, a point of the plane. Distances along `straight`, a unit vector,
-    /// do not count.
+    /// the square of the distance from `apex`, a point of the plane. Distances along `straight`, a unit vector or
+    /// zero, do not count.
     pub(super) fn section(&self, triangles: &[Triangle], apex: DVec3, straight: DVec3) -> [f64; 2] {
         let mut sum = [0.0; 2];
         for [a, b, c] in triangles {
@@ -53,13 +53,13 @@ impl Plane {
 
     /// The content of the part below the plane of the solid that triangles enclose. `near` is any point.
     pub(super) fn below(&self, triangles: &[Triangle], near: DVec3) -> Content {
-        // Seen from a point of the plane, the lid on the cut encloses nothing.
+        // The lid on the cut adds no volume if the origin of the tetrahedra is in the plane.
         let mut sum = Sum::from(self.foot(near));
         self.clip(triangles, |[a, b, c], _| sum.add([a, b, c]));
         sum.content()
     }
 
-    /// Appends the surface of that part; the lid on the cut is a fan of triangles around the foot of `near`.
+    /// Appends the surface of that part. The lid on the cut is a fan of triangles around the foot of `near`.
     pub(super) fn keep_below(&self, triangles: &[Triangle], near: DVec3, kept: &mut Vec<Triangle>) {
         let apex = self.foot(near);
         self.clip(triangles, |triangle, cut| {
@@ -72,8 +72,7 @@ impl Plane {
         point - self.normal * self.above(point)
     }
 
-    /// Calls `keep` with the triangles of which the parts below the plane consist, and the edge of each at which it
-    /// was cut.
+    /// Calls `keep` with the triangles that make up the surface below the plane, and the edge at which each was cut.
     fn clip(&self, triangles: &[Triangle], mut keep: impl FnMut(Triangle, Option<[DVec3; 2]>)) {
         for [a, b, c] in triangles {
             let (a, b, c, one) = match [a, b, c].map(|corner| self.above(*corner) < 0.0) {
@@ -115,7 +114,7 @@ pub(super) struct Content {
 }
 
 impl Content {
-    /// The rest of it without a part.
+    /// The content of the rest, without a part.
     pub(super) fn without(&self, part: &Content) -> Self {
         let volume = self.volume - part.volume;
         let first = (self.centre - part.centre) * part.volume;
@@ -186,9 +185,9 @@ pub(super) fn halving(triangles: &[Triangle]) -> Plane {
 mod tests {
     use super::*;
 
-    /// A bowl is not convex, and the lids of its cuts are rings.
+    /// A hollow cube is not convex, and the lids of its cuts are rings.
     #[test]
-    fn cuts_of_what_is_not_convex_add_up() {
+    fn the_parts_of_a_cut_hollow_cube_add_up() {
         let corner = |n: usize| {
             let sign = |bit: usize| if n >> bit & 1 == 1 { 1.0 } else { -1.0 };
             DVec3::new(sign(0), sign(1), sign(2))

@@ -1,5 +1,5 @@
-//! The samples of parts that have several. Their places follow from the poses of their bodies, and parts of equal shape
-//! share them, so that thousands of equal boxes have one set of columns.
+//! The samples of parts that have several. Their places follow from the poses of their bodies and from columns of
+//! points, which parts of equal shape share: thousands of equal boxes have one set of columns.
 
 use std::ops::Range;
 
@@ -15,9 +15,9 @@ pub(crate) const BLOCK: usize = LANES;
 pub(crate) struct Clouds {
     /// In the order of their bodies.
     pub runs: Vec<CloudRun>,
-    /// From the centre of mass, in the axes of the body.
+    /// Columns of the places of samples, from the centre of mass, in the axes of the body.
     pub local_arms: [Vec<Real>; 3],
-    /// The fraction of its part that each stands for; zero for padding.
+    /// The fraction of its part that each sample stands for; zero for padding.
     pub fractions: Vec<Real>,
     /// For each block of samples, the run that it belongs to.
     run_of: Vec<u32>,
@@ -35,7 +35,7 @@ pub(crate) struct CloudRun {
     columns: Columns,
 }
 
-/// A part of the columns.
+/// The places of the samples of a run in the columns.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Columns {
     start: u32,
@@ -50,7 +50,7 @@ impl Columns {
     }
 }
 
-/// Samples of one run at the place of their body, in lanes. Lanes from `count` on are without a sample.
+/// Samples of one run in world axes, in lanes. Lanes from `count` on are padding.
 pub(crate) struct PlacedBlock<'a> {
     pub run: &'a CloudRun,
     pub count: usize,
@@ -96,13 +96,13 @@ pub(super) struct BodyPlacement {
 }
 
 impl CloudRun {
-    /// The places of its samples in the columns.
+    /// The range of its samples in the columns.
     pub(crate) fn places(&self) -> Range<usize> {
         let start = self.columns.start as usize;
         start..start + self.columns.count as usize
     }
 
-    /// The same places and the padding after them.
+    /// The same range with the padding after it.
     pub(crate) fn padded_places(&self) -> Range<usize> {
         let start = self.columns.start as usize;
         start..start + self.columns.blocks() * BLOCK

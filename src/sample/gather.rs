@@ -1,5 +1,5 @@
-//! Makes samples of bodies and their colliders. Offsets, weights and properties are kept until something they
-//! were made from changes; places and velocities are set before each evaluation.
+//! Makes samples of bodies and their colliders. Offsets, weights and properties are kept until the data that they
+//! were made from change; places and velocities are set before each evaluation.
 
 use super::known_points::{KnownPoints, PointsKey, PointsMap};
 use super::part_shape::{Attitude, Bulk, PartShape, PartSolid};
@@ -17,17 +17,17 @@ use crate::rapier::dynamics::RigidBody;
 use crate::rapier::geometry::Collider;
 use crate::rigid::{Body, Lookup, find_next, local_pose, to_dquat};
 
-/// Makes samples, and keeps what they were made from, so that changes are noticed.
+/// Makes samples, and keeps the data that they were made from, so that changes are noticed.
 #[derive(Debug, Default)]
 pub(crate) struct Gatherer {
     shapes: Shapes,
-    /// The requirements, and the number of changes of the properties.
+    /// The requirements of the last call, and the number of changes of the properties until then.
     made_for: Option<(SamplingRequirements, u64)>,
     bodies: Vec<BodyStamp>,
     parts: Vec<PartStamp>,
     /// The columns of points that were made for parts of other bodies.
     columns: PointsMap,
-    /// The places of the bodies that were not there at the last call but one, or had other parts, in order.
+    /// The indices, in order, of the bodies in the last call that are new or have other parts than in the call before.
     pub(crate) changed: Vec<usize>,
 }
 
@@ -35,7 +35,7 @@ pub(crate) struct Gatherer {
 #[derive(Debug)]
 struct BodyStamp {
     body: RigidBodyHandle,
-    /// These change with the masses of its parts, which take longer to compute.
+    /// This and the next two change with the masses of its parts, which take longer to compute.
     mass: Real,
     local_com: Vector,
     inv_principal_inertia: Vector,
@@ -154,7 +154,7 @@ impl Gatherer {
         self.bodies.len() == bodies.len() && bodies.iter().enumerate().all(holds)
     }
 
-    /// Returns true if the body at a place is as its samples were made from.
+    /// Returns true if the body at a place, with `by_parts` also its colliders, is as when its samples were made.
     fn holds(&self, place: usize, body: &Body, by_parts: bool, world: &impl Lookup) -> bool {
         let stamp = &self.bodies[place];
         let same = stamp.body == body.handle
@@ -212,7 +212,7 @@ impl Gatherer {
     }
 }
 
-/// Samples in the making.
+/// The samples that are being made, and the data for it.
 struct Making<'a> {
     properties: &'a Properties,
     shapes: &'a mut Shapes,
@@ -319,7 +319,7 @@ impl Making<'_> {
         };
         let entry = self.properties.get(handle);
         sample.mass = match entry.and_then(|entry| entry.properties.mass) {
-            // A single part has all of the mass, and that of a collider takes longer to compute.
+            // A single part has all of the mass, and the mass of a collider takes longer to compute.
             _ if alone => 1.0,
             Some(own_mass) => own_mass,
             None => collider.mass(),
@@ -340,7 +340,7 @@ impl Making<'_> {
         self.samples.sites.push(sample);
     }
 
-    /// Adds the shapes of the sites of a body, from number `first` on, and the extent of all of them.
+    /// Adds the shapes of the sites of a body, from number `first` on, and the [`Bulk`] of the body.
     fn shape_parts(&mut self, first: usize, body: &Body, world: &impl Lookup) {
         let samples = &mut *self.samples;
         let (mut extent, mut middle) = (0.0_f64, DVec3::ZERO);
@@ -388,7 +388,7 @@ impl Making<'_> {
         };
         let wanted = Points::ALL.into_iter().filter(is_wanted);
         let Some((handle, collider)) = part else {
-            // Without a shape there is one sample, which serves as each kind.
+            // Without a shape there is one sample, which stands for each kind.
             let clouds = &mut self.samples.clouds;
             let point = (site.local_arm.to_array(), site.fraction);
             let columns = clouds.add_columns([point].into_iter());
@@ -427,8 +427,8 @@ impl Making<'_> {
     }
 }
 
-/// Divides the mass of a body among its samples, in the ratio of their own masses; equally, if these add up to
-/// nothing.
+/// Divides the mass of a body among its samples, in the ratio of their own masses; equally, if the sum of these is
+/// not positive and finite.
 fn share_mass(samples: &mut [SamplePoint], mass: Real) {
     let total: Real = samples.iter().map(|sample| sample.mass).sum();
     let count: Real = from_f64(samples.len() as f64);

@@ -1,4 +1,4 @@
-//! Points of parts that have been turned into the axes of a body, to be found again for other bodies.
+//! Sample points of parts in the axes of a body, kept for other bodies with equal ones.
 
 use std::collections::HashMap;
 use std::hash::BuildHasherDefault;
@@ -11,7 +11,7 @@ use crate::math::{Pose, Vector, to_f64};
 
 pub(super) type PointsMap = HashMap<PointsKey, KnownPoints, BuildHasherDefault<Fingerprint>>;
 
-/// The origins of points in the axes of a body, bit for bit: equal keys have equal points.
+/// The data from which the points in the axes of a body follow, bit for bit: equal keys have equal points.
 #[derive(Debug, PartialEq, Eq, Hash)]
 pub(super) struct PointsKey {
     /// The address of the rule.

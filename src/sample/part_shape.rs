@@ -5,7 +5,7 @@ use std::sync::{Arc, OnceLock};
 use super::clip::{Content, Plane, Triangle, content, extent, halving};
 use crate::math::{DPose3, DQuat, DVec3, Vector};
 
-/// The rotation of a body, and how fast it turns, in world axes.
+/// The rotation and the angular velocity of a body, in world axes.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Attitude {
     pub rotation: DQuat,
@@ -17,8 +17,8 @@ pub(crate) struct Attitude {
 pub(crate) struct Bulk {
     /// The largest distance of its parts from the centre of mass.
     pub extent: f64,
-    /// From the centre of mass to the centre of its parts, weighted by their masses, in the body's axes. Zero
-    /// except for bodies with additional mass.
+    /// From the centre of mass to the mean of the centres of its parts, weighted by their masses, in the body's axes.
+    /// Zero except for bodies with additional mass.
     pub middle: DVec3,
 }
 
@@ -34,7 +34,7 @@ pub(crate) struct PartShape {
 pub(crate) enum PartSolid {
     /// A part without a volume, or of unknown volume.
     Point,
-    /// The radius of a ball, and a mesh of a ball of radius one.
+    /// A ball of this radius, and the mesh of a ball of radius one.
     Ball(f64, Arc<Mesh>),
     Mesh(Arc<Mesh>),
 }
@@ -43,7 +43,7 @@ pub(crate) enum PartSolid {
 #[derive(Debug)]
 pub(crate) struct Mesh {
     pub triangles: Vec<Triangle>,
-    /// Of negative volume if the surface is inside out.
+    /// Its volume is negative if the surface is inside out.
     pub(super) content: Content,
     /// The largest distance of a corner from the centre.
     pub extent: f64,
@@ -61,7 +61,7 @@ impl Mesh {
     }
 
     /// The parts on both sides of the plane that halves the bounding box across its longest edge. They are kept,
-    /// because all bodies of a shape need the same.
+    /// because all bodies of a shape share them.
     pub(super) fn halves(&self) -> &[Mesh; 2] {
         self.halves.get_or_init(|| {
             let plane = halving(&self.triangles);

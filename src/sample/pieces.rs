@@ -1,4 +1,4 @@
-//! Cuts bodies into pieces at the borders of fields, so that the fields are the same all over a piece.
+//! Cuts bodies into pieces at the borders of fields, so that each piece is inside or outside of each region.
 //!
 //! Flat borders cut parts made of triangles exactly. At a curved border pieces are halved until the border is
 //! almost flat in each, and then cut by its tangent plane. A ball through which a single plane or sphere passes
@@ -12,10 +12,10 @@ use super::samples::Samples;
 use crate::field::{Border, Cuts, Face, POINT, Query, SamplingRule};
 use crate::math::{DPose3, DVec3, from_dvec3, from_f64, to_dvec3, to_f64};
 
-/// At a curved border pieces are halved until it bends in each by less than this share of the body's extent,
+/// At a curved border pieces are halved until the border bends in each by less than this share of the body's extent.
 const BEND: f64 = 0.1;
 
-/// and by less than this share of the piece's thickness.
+/// The same, as a share of the thickness of the piece; both must hold.
 const BEND_OF_THICKNESS: f64 = 0.3;
 
 /// Pieces smaller than this share of the body's extent are not halved.
@@ -25,10 +25,10 @@ const FINEST: f64 = 1.0 / 12.0;
 /// a smaller share of its part is left out.
 const LEAST: f64 = 1e-10;
 
-/// Most pieces of one part.
+/// A part with this number of pieces is not cut any further.
 const MOST_PIECES: usize = 1024;
 
-/// Most cuts that lead to one piece.
+/// The largest number of cuts that lead to one piece.
 const MOST_CUTS: u32 = 64;
 
 /// A piece of a body.
@@ -53,8 +53,8 @@ impl Samples {
         bulk.filter(|_| own.is_none())
     }
 
-    /// A piece as a term with this rule sees it, the weight of the force on it, and its lever arm in world
-    /// axes.
+    /// The query at a piece for a term with this rule, the weight of the force on the piece, and its lever arm in
+    /// world axes.
     pub(crate) fn of_piece(
         &self,
         how: SamplingRule,
@@ -106,15 +106,15 @@ impl Samples {
 #[derive(Debug, Default)]
 pub(crate) struct Cutter {
     pieces: Vec<Piece>,
-    /// Empty lists.
+    /// Empty lists, to be reused.
     spare: Vec<Vec<Triangle>>,
 }
 
 /// The next cut of a solid.
 enum Cut {
-    /// Into its halves; with the face to go on with.
+    /// Into its halves, which are then cut by the faces from this one on.
     Halves(FacePlace),
-    /// By a plane, below which there is a part; with the face to go on with.
+    /// By a plane, with the content below it; the two parts are then cut by the faces from this one on.
     Plane(Plane, Content, FacePlace),
 }
 
@@ -199,7 +199,7 @@ impl Cutter {
             self.pieces.push(cutting.piece(1.0, DVec3::ZERO));
             return true;
         };
-        // The surface of a fluid is often that of its region, too.
+        // Two faces may be one plane: the surface of a fluid is often that of its region, too.
         let least = LEAST * cutting.extent;
         let is_same = |other: Face| {
             let across = other.outward.cross(face.outward).length() <= LEAST;
@@ -227,8 +227,8 @@ impl Cutter {
         true
     }
 
-    /// Cuts a solid by the faces of the borders from the given one on. At most `left` cuts may lead from it to a
-    /// piece.
+    /// Cuts a solid by the faces of the borders from the given one on. At most `left` more cuts may lead to a piece,
+    /// and there are no cuts once there are `most` pieces.
     fn cut(&mut self, cutting: &Cutting<'_>, from: FacePlace, mesh: &Mesh, left: u32, most: usize) {
         let may_go_on = left > 0 && self.pieces.len() < most;
         let cut = may_go_on.then(|| cutting.next(mesh, from)).flatten();
@@ -261,7 +261,7 @@ impl Cutter {
     }
 
     /// Returns true if faces from the given one on may pass within a distance of the centre of a part of a solid.
-    /// Otherwise it is a piece, unless it is too small.
+    /// Otherwise adds the part as a piece, unless it is too small.
     fn is_open(
         &mut self,
         cutting: &Cutting<'_>,
@@ -295,8 +295,8 @@ impl Cutting<'_> {
         self.piece(content.volume / self.volume, content.centre)
     }
 
-    /// The faces from the given one on whose tangent planes pass within a distance of a point, as seen from there.
-    /// Distances are in the frame of the part, directions in the world's.
+    /// The faces from the given one on whose tangent planes pass within a distance of a point, as seen from the point.
+    /// Distances are in the frame of the part, directions in world axes.
     fn faces(
         &self,
         centre: DVec3,
@@ -324,12 +324,12 @@ impl Cutting<'_> {
                 Some((place, local))
             })
         });
-        // A tangent plane may reach where its face does not.
+        // A face itself may be farther away than its tangent plane.
         faces.filter(move |(_, face)| face.distance.abs() < within)
     }
 
-    /// The plane that cuts a solid like a face that is almost flat there: parallel to its tangent plane, and
-    /// behind it by the mean deviation of the face.
+    /// The plane that replaces a face that is almost flat within a solid: parallel to the tangent plane, and behind it
+    /// by the mean deviation of the face.
     fn plane(&self, face: &Face, mesh: &Mesh) -> Plane {
         let centre = mesh.content.centre;
         let to_local = self.pose.rotation.inverse();

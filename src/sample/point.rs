@@ -15,7 +15,7 @@ pub(crate) struct SamplePoint {
     pub world_point: Vector,
     /// From the centre of mass to the point, in world axes.
     pub arm: Vector,
-    /// The same in the body's axes.
+    /// `arm` in the body's axes.
     pub local_arm: Vector,
     /// Velocity of the body's material at the point, in world axes.
     pub velocity: Vector,
@@ -23,18 +23,18 @@ pub(crate) struct SamplePoint {
     pub body: u32,
     /// The body as a number; see [`owner`].
     pub owner: Real,
-    /// These are of the whole part, whatever fraction of it the sample stands for.
+    /// This and the next four are of the whole part, whatever fraction of it the sample stands for.
     pub radius: Real,
     pub mass: Real,
     pub share: Real,
     pub charge: Real,
     pub volume: Real,
-    /// The fraction of its part that it stands for.
+    /// The fraction of its part that the sample stands for.
     pub fraction: Real,
-    /// The number of the second moments of the fraction of the part.
+    /// The number, in [`Samples::spreads`](super::Samples::spreads), of the second moments of that fraction.
     pub spread: u32,
     pub kind: Kind,
-    /// True if one sample is enough for the part: it is a ball, or has no shape.
+    /// True if one sample is enough for the part: the part is a ball, or has no shape.
     pub is_ball: bool,
     /// Collision groups of the collider.
     pub groups: InteractionGroups,
@@ -78,7 +78,7 @@ impl SamplePoint {
 pub(crate) enum Kind {
     Centre,
     Site,
-    /// A particle of a soft body, which has one sample for all kinds of sampling.
+    /// A particle of a soft body: one sample for all kinds of sampling but that at centres of mass.
     Particle,
     Several(Points),
 }

@@ -8,7 +8,7 @@ use super::samples::Samples;
 use crate::field::{Change, ColliderProperties, FieldSet, Fingerprint, Sampling};
 use crate::math::{ColliderHandle, RigidBodyHandle, to_f64};
 
-/// Values by handle. It is no list by index, since a file may hold any index, and memory must not grow with it.
+/// Values by handle. Not a list by index, since a file may hold any index, and memory must not grow with it.
 type ByHandle<Handle, Value> = HashMap<Handle, Value, BuildHasherDefault<Fingerprint>>;
 
 /// The properties of all colliders that have some, by handle. It follows a [`FieldSet`].
@@ -20,7 +20,7 @@ pub(crate) struct Properties {
     pub(super) changes: u64,
     world: UserValues,
     entries: ByHandle<ColliderHandle, Entry>,
-    /// The sampling that a body asks for, by body.
+    /// The samplings that were set for bodies.
     samplings: ByHandle<RigidBodyHandle, Sampling>,
 }
 
@@ -31,7 +31,7 @@ pub(crate) struct Entry {
 }
 
 impl Properties {
-    /// Takes the changes of the set since the last call.
+    /// Follows the changes of the set since the last call.
     pub(crate) fn update(&mut self, set: &FieldSet) {
         if self.revision == set.revision() {
             return;
@@ -61,7 +61,7 @@ impl Properties {
         samples.user.push(self.world.clone());
     }
 
-    /// Returns true if any body asks for a sampling of its own.
+    /// Returns true if a sampling was set for any body.
     pub(crate) fn any_sampling(&self) -> bool {
         !self.samplings.is_empty()
     }

@@ -25,11 +25,11 @@ pub(crate) struct Samples {
     pub bulks: Vec<Bulk>,
     /// The shape of each site; empty if no body is cut.
     pub shapes: Vec<PartShape>,
-    /// The sampling that each body asks for in place of [`Sampling::Auto`]; empty if no body does.
+    /// The sampling that was set for each body in place of [`Sampling::Auto`]; empty if none was set.
     pub overrides: Vec<Option<Sampling>>,
     /// Second moments, in world axes; the first entry is zero.
     pub spreads: Vec<DMat3>,
-    /// The origins of the other entries: the body, the frame of the collider on it, and the moments in that
+    /// The data of the other entries: the body, the pose of the collider on it, and the moments in the collider's
     /// frame.
     local_spreads: Vec<(u32, Pose, DMat3)>,
     /// For each body, one sample of it as a whole, at its centre of mass.
@@ -43,7 +43,7 @@ pub(crate) struct Samples {
     pub apart: bool,
     /// Changes whenever the samples are made anew. In between, only places and velocities change.
     pub stamp: u64,
-    /// For each body, the start of its sites, and of its runs; then the end of the last.
+    /// For each body, the start of its sites, and of its runs; then the end of all.
     starts: [Vec<u32>; 2],
     /// By the index of a collider: the number of its site, or `u32::MAX`.
     by_collider: Vec<u32>,
@@ -110,7 +110,7 @@ impl Samples {
         self.spreads.len() as u32 - 1
     }
 
-    /// Moves the samples to where their bodies are, with the velocities there.
+    /// Sets the places and velocities of the samples from the poses and velocities of their bodies.
     pub(crate) fn place(&mut self, bodies: &[Body]) {
         self.are_placed = true;
         for (centre, body) in self.centres.iter_mut().zip(bodies) {
@@ -152,7 +152,7 @@ impl Samples {
         self.clouds.placed(run, block, &placement)
     }
 
-    /// A bound of the distance of a run's samples from the centre of mass of its body, with the rounding of their places.
+    /// A bound of the distance of a run's samples from the centre of mass of its body, rounding of places included.
     pub(crate) fn extent_of(&self, run: &CloudRun) -> Real {
         let centre = self.centres[run.whole.body as usize].world_point;
         run.extent() + centre.abs().max_element() * Real::EPSILON
@@ -167,7 +167,7 @@ impl Samples {
         })
     }
 
-    /// Sets the stamp, the numbers by collider, and the starts of bodies, once all samples are there.
+    /// Sets the stamp, the numbers by collider, and the starts of bodies, after all samples were added.
     pub(crate) fn number(&mut self) {
         self.stamp = unique();
         let [sites, runs] = &mut self.starts;
@@ -240,7 +240,7 @@ impl Samples {
             None if how.sampling == Sampling::Centre => Kind::Centre,
             None => Kind::Site,
         };
-        // For a term at centres a particle has a sample among the centres.
+        // For terms at centres of mass a particle has another sample, in `centres`.
         let is_particle = sample.kind == Kind::Particle && kind != Kind::Centre;
         is_particle || kind == sample.kind
     }
@@ -251,7 +251,7 @@ impl Samples {
         runs.any(|run| self.takes(how, &run.whole))
     }
 
-    /// The bodies as a whole at which a program is sampled.
+    /// The samples of bodies as a whole at which a program is sampled.
     pub(crate) fn centres_for(&self, how: SamplingRule) -> impl Iterator<Item = &SamplePoint> {
         let whole = self.asks_whole(how);
         let centres = if whole { &self.centres[..] } else { &[] };
@@ -315,7 +315,7 @@ impl Samples {
         }
     }
 
-    /// The factor by which the vector of a field becomes a force on the sample.
+    /// The factor by which the vector of a field is multiplied to give the force on a sample.
     pub(crate) fn weight(
         &self,
         sample: &SamplePoint,
@@ -342,7 +342,7 @@ impl Samples {
     }
 
     /// The sample's coordinate along an axis that does not depend on the field's frame; NaN for other axes, and
-    /// for axes of the user's without a value.
+    /// for user axes without a value.
     fn axis(&self, sample: &SamplePoint, axis: &Axis, moment: Moment) -> Real {
         match axis {
             Axis::Charge => sample.charge,
@@ -360,7 +360,7 @@ impl Samples {
     }
 }
 
-/// Notes the start of the entries of each body, given the bodies of all entries; and the end of the last.
+/// Sets the start of the entries of each body, given the bodies of all entries, and then the end of all.
 fn note_starts(starts: &mut Vec<u32>, entries: impl Iterator<Item = u32>, bodies: usize) {
     starts.clear();
     let mut end = 0;

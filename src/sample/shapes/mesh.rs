@@ -1,4 +1,4 @@
-//! Closed triangle meshes of shapes, by which bodies are cut.
+//! Closed triangle meshes of shapes, for cutting bodies at borders.
 
 use super::moments::{Moments, outer};
 use super::surface::add_triangles;
@@ -13,7 +13,7 @@ const FACETS: u32 = 24;
 /// Bound of the rounding of the areas of closed meshes in `f32`, as a share of the area.
 const ROUNDING: f64 = 1e-4;
 
-/// The surface of a shape; `None` if it has none, or none that is closed.
+/// The surface of a shape; `None` if it has no mesh, or the mesh is not closed.
 ///
 /// Flat faces are taken as they are. The mesh of a round shape gets the shape's moments up to the second, so
 /// that it is partly outside and partly inside of the shape.
@@ -62,8 +62,8 @@ fn has_flat_faces(shape: &SharedShape) -> bool {
     )
 }
 
-/// Moments of the volume that triangles enclose: of the tetrahedra that they make with its centre, each with
-/// ∫ x xᵀ = (Σ v vᵀ + (Σ v)(Σ v)ᵀ)/20 of its volume, over its corners v.
+/// Moments of the volume that triangles enclose, as a sum over the tetrahedra that the triangles form with its centre:
+/// ∫ x xᵀ = V/20 (Σ v vᵀ + (Σ v)(Σ v)ᵀ) for a tetrahedron of volume V with corners v.
 fn moments(triangles: &[Triangle]) -> Moments {
     let Content { volume, centre } = content(triangles);
     let mut second = DMat3::ZERO;

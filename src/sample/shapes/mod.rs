@@ -1,5 +1,5 @@
-//! The points at which the shapes of colliders are sampled, and the meshes by which they are cut. They are
-//! computed once for equal shapes, and kept as long as a collider has one of them.
+//! The points at which the shapes of colliders are sampled, and the meshes that are cut at borders. They are
+//! computed once for equal shapes, and kept as long as a collider has such a shape.
 
 mod content;
 mod kinds;
@@ -46,7 +46,7 @@ impl Shapes {
         known.moments().map_or(0.0, |moments| moments.measure)
     }
 
-    /// The point at which a collider is sampled once, in its own frame, and the radius that the sample gets.
+    /// The point of a collider's single sample, in the collider's frame, and the radius of that sample.
     pub(super) fn middle(&mut self, handle: ColliderHandle, collider: &Collider) -> (Vector, Real) {
         if let Some(ball) = collider.shape().as_ball() {
             return (Vector::ZERO, ball.radius);

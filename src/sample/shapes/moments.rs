@@ -50,7 +50,7 @@ impl Moments {
 }
 
 impl Moments {
-    /// The linear map, about the centres, that turns second moments of `self` into those of `wanted`; `None` if
+    /// The linear map, about the centres, that turns the second moments of `self` into those of `wanted`; `None` if
     /// either are flat.
     pub(super) fn map_onto(&self, wanted: &Moments) -> Option<DMat3> {
         let map = cholesky(wanted.second)? * cholesky(self.second)?.inverse();
@@ -63,8 +63,8 @@ pub(super) fn outer(v: DVec3) -> DMat3 {
     DMat3::from_cols(v * v.x, v * v.y, v * v.z)
 }
 
-/// Moves weighted points by one linear map so that they get these moments; `None` if the points or the moments
-/// are flat. Also returns the map.
+/// Weighted points moved by one linear map so that they have these moments, and the map; `None` if the points or the
+/// moments are flat.
 pub(super) fn matched(
     points: &[(DVec3, f64)],
     moments: &Moments,

@@ -15,7 +15,7 @@ const CORNERS: [DVec3; 4] = [
 #[derive(Debug)]
 pub(in crate::sample) struct Quadrature {
     pub samples: Vec<(Vector, f64)>,
-    /// Second moments, about its sample, of the fraction that a sample stands for.
+    /// Second moments of the fraction that a sample stands for, about the sample.
     pub spread: DMat3,
 }
 
@@ -30,8 +30,7 @@ impl Quadrature {
         }
     }
 
-    /// Four points with the same moments up to the second; `None` if the points are flat, or not more than
-    /// four.
+    /// Four points with the same moments up to the second; `None` if the points are flat, or no more than four.
     pub(super) fn few(&self) -> Option<Self> {
         let points = self.samples.iter();
         let points: Vec<_> = points

@@ -1,4 +1,4 @@
-//! Samples of the surfaces of shapes, and triangles of these.
+//! Samples of the surfaces of shapes, and triangle meshes of these surfaces.
 
 use super::moments::{Moments, matched, outer};
 use super::rule::{Quadrature, bounds};
@@ -11,7 +11,7 @@ const FACETS: u32 = 96;
 /// Patches along each edge of a shape's bounds.
 const PATCHES: f64 = 3.0;
 
-/// Triangles are cut into four until they are smaller than half a patch, and at most this often.
+/// Triangles are cut into four until they are smaller than half a patch, but at most this often.
 const MOST_CUTS: u32 = 4;
 
 type Triangle = [DVec3; 3];
@@ -113,8 +113,7 @@ fn middle(&[a, b, c]: &Triangle) -> DVec3 {
     (a + b + c) / 3.0
 }
 
-/// Moments of the surface: a triangle's ∫ x xᵀ is its area/12 times Σ v vᵀ over its corners, plus 9 c cᵀ of its
-/// middle.
+/// Moments of the surface: ∫ x xᵀ = A/12 (Σ v vᵀ + 9 c cᵀ) for a triangle of area A with corners v and middle c.
 fn of_triangles(triangles: &[Triangle]) -> Option<Moments> {
     let points: Vec<_> = triangles.iter().map(|t| (middle(t), area(t))).collect();
     let mut moments = Moments::of_points(&points);

@@ -11,7 +11,7 @@ const FEWEST: usize = 27;
 const MOST_TRIED: usize = 4096;
 
 /// Points that share the volume equally: grid points in the shape, moved (by little) so that their moments up
-/// to the second are those of the shape. If no grid has enough, eight points with these moments.
+/// to the second are those of the shape. If no grid has enough points in the shape, eight points with these moments.
 pub(super) fn rule(shape: &SharedShape, moments: &Moments) -> Option<Quadrature> {
     let (low, high) = bounds(shape)?;
     let mut counts = [2_usize; 3];
@@ -50,7 +50,7 @@ fn inside(shape: &SharedShape, low: DVec3, edges: DVec3, counts: [usize; 3]) -> 
     points
 }
 
-/// Eight points with these moments, inside of the shape or not.
+/// Eight points with these moments, which may lie outside of the shape.
 fn corners(moments: &Moments) -> Option<Quadrature> {
     let root = cholesky(moments.second)?;
     let sign = |corner: usize, axis: usize| if corner >> axis & 1 == 1 { 1.0 } else { -1.0 };
@@ -58,6 +58,6 @@ fn corners(moments: &Moments) -> Option<Quadrature> {
         let offset = DVec3::new(sign(corner, 0), sign(corner, 1), sign(corner, 2));
         (moments.centre + root * offset, 0.125)
     };
-    // Each stands for an eighth of the shape that is half as wide.
+    // Each point stands for an eighth of the volume: a copy of the shape that is half as wide.
     Some(Quadrature::of((0..8).map(point), moments.second * 0.25))
 }
