@@ -1,4 +1,4 @@
-//! Evaluates fields that pull at centres of mass, on eight bodies at a time and without a list of samples.
+//! Evaluates fields that act at centres of mass, on eight bodies at a time and without a list of samples.
 
 use super::constants::ConstantPull;
 use super::frames::FrameCache;
@@ -49,14 +49,14 @@ impl Default for CentreBlock {
     }
 }
 
-/// The three numbers of a column of vectors in one lane.
+/// The vector in one lane of columns of components.
 #[inline(always)]
 pub(crate) fn in_lane(columns: &[[Real; TOGETHER]; 3], lane: usize) -> Vector {
     let [x, y, z] = columns;
     Vector::new(x[lane], y[lane], z[lane])
 }
 
-/// Columns of numbers in 64 bits.
+/// Columns of components, widened to `f64`.
 #[inline(always)]
 pub(crate) fn widened([x, y, z]: &[[Real; TOGETHER]; 3]) -> Vec3<Lanes> {
     Vec3::new(lanes(x), lanes(y), lanes(z))
@@ -68,7 +68,7 @@ fn lanes(column: &[Real; TOGETHER]) -> Lanes {
 }
 
 impl CentreBlock {
-    /// The block as the argument of fields.
+    /// The properties of the bodies that fields read.
     #[inline(always)]
     fn queries(&self, moment: Moment) -> Queries {
         Queries {
@@ -105,7 +105,7 @@ pub(crate) struct CentreEvaluator {
     machine: Interpreter,
     moment: Moment,
     constants: ConstantPull,
-    /// The handle of a body that is evaluated by itself; it has no other content.
+    /// Samples without sites, with the handle of the one body that the interpreter evaluates.
     single: Samples,
 }
 
@@ -242,7 +242,7 @@ impl CentreEvaluator {
 }
 
 impl CentreForce {
-    /// Adds a force in some lanes, and what a drag adds to the derivative there.
+    /// Adds a force in some lanes and, if it is a drag, its derivative by velocity.
     #[inline(always)]
     fn add(
         &mut self,

@@ -1,5 +1,5 @@
-//! Batches of radial fields on parts with several samples. The places of these follow from the pose of the body,
-//! and only the wrench that they add up to is kept.
+//! Batches of radial fields on parts with several samples. The positions of the samples follow from the pose of the
+//! body, and only their total wrench is kept.
 
 use fearless_simd::{Select, Simd, SimdBase, SimdMask, dispatch};
 
@@ -13,10 +13,10 @@ use crate::number::level;
 use crate::rigid::Wrench;
 use crate::sample::{CloudRun, Moment, Samples};
 
-/// Samples that are evaluated together.
+/// The number of samples that are evaluated together.
 const WIDTH: usize = 8;
 
-/// A factor on distances for rounding, by which no source is missed.
+/// A factor on distances, so that rounding excludes no source in range.
 const SLACK: Real = 1.000_1;
 
 /// The samples of a part, and the pose of its body.
@@ -24,7 +24,7 @@ struct Cloud<'a> {
     local_arms: [&'a [Real]; 3],
     fractions: &'a [Real],
     centre: Vector,
-    /// A bound of the distances of the samples from there.
+    /// An upper bound of the distances of the samples from `centre`.
     extent: Real,
     /// The axes of the body, in the world.
     axes: [Vector; 3],
@@ -71,7 +71,7 @@ impl Sources {
         self.near = near;
     }
 
-    /// Finds the places of the sources that may be within range of a sample of a cloud.
+    /// Lists the indices of the sources that may be within range of a sample of a cloud.
     fn find_near(&self, cloud: &Cloud<'_>, near: &mut Vec<u32>) {
         near.clear();
         let reach = cloud.range.map(|range| (range + cloud.extent) * SLACK);
@@ -113,7 +113,7 @@ impl Sources {
                 if acts.all_false() {
                     continue;
                 }
-                // Selected, since lanes that do not count may be infinite or NaN.
+                // Selected, since lanes that do not act may be infinite or NaN.
                 let strength = self.strength[source];
                 match cloud.quantity {
                     Quantity::Force => {
@@ -147,7 +147,7 @@ fn load<S: Simd>(simd: S, column: &[Real], at: usize) -> Eight<S> {
     Eight::from_slice(simd, &column[at..at + WIDTH])
 }
 
-/// The sums over all lanes.
+/// The sum over all lanes of each component.
 #[inline(always)]
 fn vector<S: Simd>([x, y, z]: [Eight<S>; 3]) -> Vector {
     Vector::new(sum_of(x), sum_of(y), sum_of(z))

@@ -7,11 +7,11 @@ use crate::math::{DVec3, Real, Vector, from_dvec3, to_dvec3, to_f64};
 use crate::number::{Number, Vec3, constant, real};
 use crate::sample::SamplePoint;
 
-/// Evaluates constants. Those of one force mode are added up first, so that a body is weighted once for each.
+/// Evaluates constant fields. Their vectors are first added up by force mode, so a body is weighted once per mode.
 #[derive(Debug, Default)]
 pub(super) struct Constants;
 
-/// The sum of constants, by force mode.
+/// The sums of constant fields, by force mode.
 #[derive(Debug)]
 pub(super) struct ConstantPull {
     force: DVec3,
@@ -22,7 +22,7 @@ pub(super) struct ConstantPull {
 }
 
 impl ConstantPull {
-    /// The sums of some constants, for a step of length `dt` (s).
+    /// The sums of some constant fields, for a step of length `dt` (s).
     pub(super) fn of(constants: &[ConstantField], dt: Real) -> Self {
         let sum = |mode: ForceMode| -> DVec3 {
             let fields = constants.iter().filter(|constant| constant.mode == mode);
@@ -36,7 +36,7 @@ impl ConstantPull {
         }
     }
 
-    /// The force on a mass that is this share of its body.
+    /// The force on a part with this mass and this share of the mass of its body.
     #[inline(always)]
     pub(super) fn on<T: Number>(&self, mass: T, share: T) -> Vec3<T> {
         let mut pull = constant::<T>(self.force) * share;

@@ -9,9 +9,9 @@ use crate::rigid::Wrench;
 
 /// The sums that evaluators add to.
 pub(super) struct Sums<'a> {
-    /// The force on each placed sample of the list.
+    /// The force on each site.
     pub forces: &'a mut [Vector],
-    /// The wrench on each body as a whole, besides the forces on its samples.
+    /// The wrench on each body besides the forces on its sites.
     pub wrenches: &'a mut [Wrench],
     /// The derivatives by velocity of drag and wind on the bodies, if they are asked for.
     pub slowings: Option<&'a mut BodySlowings>,

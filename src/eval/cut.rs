@@ -1,4 +1,4 @@
-//! Programs on bodies that borders cut: each piece is evaluated by itself.
+//! Programs on bodies that borders cut: each piece is evaluated separately.
 
 use crate::compile::Program;
 use crate::field::{Border, Cuts, Frame, Query};

@@ -5,8 +5,8 @@ use crate::compile::{Instruction, Program};
 use crate::field::{Field, Frame, LocalQuery, Open, Operator, Query};
 use crate::sample::{Moment, Samples};
 
-/// The sum of the potentials of a program's fields (J), and whether no field acts besides those counted. A
-/// program whose steps do more than add fields counts as a whole as without potential.
+/// The potential energy of all samples in a program's fields (J), and true if it includes every field that acts. A
+/// program whose steps do more than add fields has no potential: its energy is zero.
 pub(super) fn program_energy(
     program: &Program,
     frames: &[Option<Frame>],

@@ -1,4 +1,4 @@
-//! Radial fields of very many sources: sources far off act together (Barnes & Hut, Nature 324, 1986).
+//! Radial fields of very many sources: distant sources act together (Barnes & Hut, Nature 324, 1986).
 //!
 //! The sources are divided into cells within cells, each into two with the same number of sources. A cell that
 //! appears smaller than the opening angle from all of eight neighbouring samples acts by its moments, up to the
@@ -33,7 +33,7 @@ pub(super) struct FarRadials {
     /// The cells of each batch.
     cells: Vec<CellTree>,
     sources: Vec<Source>,
-    /// The numbers of the sites that are acted on.
+    /// The indices of the sites that are acted on.
     order: Vec<u32>,
     blocks: Vec<Block>,
 }
@@ -124,7 +124,7 @@ fn add_to_sites(
     let coupled = |place: &u32| task.weights[*place as usize] != 0.0;
     order.clear();
     order.extend((0..sites.len() as u32).filter(coupled));
-    // Neighbours open the same cells.
+    // Neighbouring sites open the same cells, so they share a block.
     let point = |place: &u32| to_dvec3(sites[*place as usize].world_point);
     halves::gather(order, WIDTH, &point);
     let of = |number: usize| order.chunks(WIDTH).skip(number);

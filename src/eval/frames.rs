@@ -29,7 +29,7 @@ impl FrameCache {
         self.evaluation += 1;
     }
 
-    /// The frame of an anchor; `None` if its carrier is gone.
+    /// The frame of an anchor; `None` if the body or collider that carries it was removed.
     pub(super) fn get(
         &mut self,
         scene: &SampledWorld<'_, impl Frames>,

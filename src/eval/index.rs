@@ -13,7 +13,7 @@ use crate::rapier::parry::bounding_volume::Aabb;
 const FEWEST_FOR_INDEX: usize = 32;
 
 /// Finds programs and their instances by the points they may act at. It follows changes of the compiled form and
-/// anchors that move; programs that stand still cost nothing.
+/// anchors that move; programs that stay as they are cost nothing.
 #[derive(Debug, Default)]
 pub(super) struct ProgramIndex {
     followed: Followed,
@@ -119,7 +119,7 @@ impl ProgramIndex {
         self.in_tree[place] = bounds.is_some();
     }
 
-    /// Returns true if programs are to be found by point; otherwise each one is to be evaluated.
+    /// Returns true if programs are to be found by point; otherwise all are to be evaluated.
     pub(super) fn is_in_use(&self) -> bool {
         self.indexed
     }
@@ -129,7 +129,7 @@ impl ProgramIndex {
         self.bounded_near(point, 0.0, visit);
     }
 
-    /// [`Self::bounded_at`] for all points within a distance of one.
+    /// [`Self::bounded_at`] for all points within a distance of `point`.
     pub(super) fn bounded_near(&self, point: Vector, distance: Real, visit: impl FnMut(u32)) {
         let here = Aabb::from_half_extents(point, Vector::splat(distance));
         self.tree.intersect_aabb(&here).for_each(visit);

@@ -88,7 +88,7 @@ impl InstanceReach {
     ) -> bool {
         let mut same = self.balls.len() == program.instances.len();
         if !same {
-            // Leaves would stand for other instances.
+            // The leaves would refer to other instances.
             self.bvh = None;
         }
         self.balls.resize(program.instances.len(), None);
@@ -97,7 +97,7 @@ impl InstanceReach {
             same &= *ball == now;
             *ball = now;
         }
-        // Instances that stand still keep their hierarchy.
+        // The hierarchy of instances that did not move is kept.
         if !same {
             self.build(program);
         }
@@ -125,7 +125,7 @@ impl InstanceReach {
         }
     }
 
-    /// Updates the instances of one term, whose number may have changed. Returns true if anything has changed.
+    /// Updates the instances of one term, the count of which may have changed. Returns true if anything has changed.
     /// `program` already has the change.
     pub(super) fn change(
         &mut self,

@@ -11,7 +11,7 @@ use crate::number::lanes_of;
 pub(super) trait Kernel: Copy {
     /// The factor s in F = s d, from r². Lanes that are not set in `acts` may hold anything.
     fn factor<S: Simd, V: RealLanes<S>>(self, r2: V, acts: V::Mask) -> V;
-    /// The potential U, from r²; likewise.
+    /// The potential U, from r², under the same condition.
     fn potential<S: Simd, V: RealLanes<S>>(self, r2: V, acts: V::Mask) -> V;
 }
 
@@ -24,7 +24,7 @@ pub(super) enum KernelLaw {
     Other(Other),
 }
 
-/// Evaluates an expression for the kernel of any law.
+/// Evaluates an expression with the kernel of a law under the given name; it is compiled once per kernel type.
 macro_rules! with_kernel {
     ($law:expr, $kernel:ident => $result:expr) => {
         match $law {
@@ -203,7 +203,7 @@ impl Other {
 
     #[inline(never)]
     fn potential_at(&self, r2: Real) -> Real {
-        // Callers ask only laws with a potential.
+        // Only called for laws with a potential.
         from_f64(self.law.potential_at(to_f64(r2)).unwrap_or(f64::NAN))
     }
 }

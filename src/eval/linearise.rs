@@ -1,4 +1,4 @@
-//! The forces on bodies with their derivatives by place and velocity.
+//! The forces on bodies with their derivatives by position and velocity.
 
 use std::cell::LazyCell;
 use std::ops::Deref;
@@ -38,9 +38,9 @@ impl Lineariser {
             .for_each(|(_, known)| *known = false);
     }
 
-    /// Visits the samples of one body with the force there and its derivatives by the place and velocity of the
+    /// Visits the samples of one body with the force there and its derivatives by the position and velocity of the
     /// sample, in the world as it was [prepared](Self::prepare). Constant fields, which have no derivatives, and
-    /// terms that are not asked for are left out, also from the force.
+    /// terms that are not selected are left out, also from the force.
     pub(crate) fn of_body(
         &mut self,
         scene: &SampledWorld<'_, impl Frames>,
@@ -56,7 +56,7 @@ impl Lineariser {
                 let at_centre = samples.asks_whole(how) && sample.kind == Kind::Centre;
                 at_centre == whole && samples.takes(how, sample)
             };
-            // Made when needed: most bodies are sampled in one way, and have no force at their other samples.
+            // Lazy: most bodies are sampled in one way, and have no force at their other samples.
             let query = LazyCell::new(|| samples.query(sample, moment));
             let mut force: Option<Linearised> = None;
             let radials = scene.compiled.radials.iter();
@@ -92,7 +92,7 @@ impl Lineariser {
             if is_far(batch) {
                 self.far.sort(number, batch, &mut frame, Quantity::Force);
             }
-            // Gathered for far fields too: cells cannot hold sources without a finite place.
+            // Gathered for far fields too: cells cannot hold sources whose position is not finite.
             sources.refresh(batch, frame, Quantity::Force);
         }
     }
@@ -156,7 +156,7 @@ impl Interpreter {
 }
 
 impl Sources {
-    /// Adds the force of each source on a sample, with its derivative by place.
+    /// Adds the force of each source on a sample, with its derivative by position.
     fn linearise(
         &self,
         batch: &RadialBatch,

@@ -1,5 +1,5 @@
-//! Batches of radial fields in which sources act on samples without a reaction: every sample against every source
-//! in range, several at a time.
+//! Batches of radial fields in which sources act on samples without a reaction: each sample is evaluated against each
+//! source in range, several pairs at a time.
 
 use std::ops::Range;
 
@@ -24,11 +24,11 @@ const CHUNK: usize = 1024;
 #[derive(Debug, Default)]
 pub(super) struct OneWayRadials {
     sources: Sources,
-    /// For each batch whose sources all stand still, these.
+    /// The sources of batches in which all stand still, by the number of the batch.
     still: Vec<Sources>,
 }
 
-/// A batch with everything it is evaluated on.
+/// A batch and the samples on which it is evaluated.
 pub(super) struct Task<'a> {
     pub number: u32,
     pub batch: &'a RadialBatch,
@@ -185,7 +185,7 @@ fn splat<S: Simd>(simd: S, [x, y, z]: [Real; 3]) -> [Four<S>; 3] {
     ]
 }
 
-/// Samples that meet sources, with their weights, the range and the quantity.
+/// The samples of one call, with their weights, and the range and the quantity of the batch.
 struct Probes<'a> {
     samples: &'a [SamplePoint],
     weights: &'a [Real],
@@ -194,7 +194,7 @@ struct Probes<'a> {
 }
 
 impl Probes<'_> {
-    /// Those from number `first` on.
+    /// The samples and weights from index `first` on.
     fn from(&self, first: usize) -> Self {
         Probes {
             samples: &self.samples[first.min(self.samples.len())..],
@@ -246,7 +246,7 @@ impl<S: Simd> Accumulator<S> {
         seen
     }
 
-    /// Adds the sources at places `start..end`.
+    /// Adds the sources of the indices `start..end`.
     #[inline(always)]
     pub(super) fn add(
         &mut self,

@@ -1,6 +1,6 @@
 //! Radial fields of bodies on bodies: every pair of parts once, in both directions, for all laws at once.
 //!
-//! Most sources of a many-body scene are at the place of a sample: the field of an atom, sampled at atoms. Such a
+//! Most sources of a many-body scene are at the position of a sample: the field of an atom, sampled at atoms. Such a
 //! pair is computed once and acts on both. The batches of one range are evaluated in one pass over pairs of
 //! tiles. A tile is up to four sites of one body; without a range, of any bodies. Parts of one body do not act on
 //! each other. Pairs are taken in the order of the bodies, so that results do not depend on the age of the list
@@ -57,7 +57,7 @@ pub(super) struct Sides {
 #[derive(Debug, Default)]
 struct PairPass {
     laws: Laws,
-    /// For each law, the place of its batch among the sides; `None` if no batch has it.
+    /// For each law, the index of its batch in the sides; `None` if no batch has it.
     order: Vec<Option<usize>>,
     tiles: Tiles,
     near: NearTiles,
@@ -150,7 +150,7 @@ impl PairwiseRadials {
             weights: &sides.weights,
             quantity,
         };
-        // Samples that are not sites meet all sources.
+        // Samples of clouds are in no tile, so all sources act on them here.
         if task.samples.any_cloud(batch.how) {
             let all_sources = &batch.sources;
             self.sources
@@ -254,7 +254,7 @@ impl PairPass {
     }
 }
 
-/// Returns true if strengths are proportional to weights, so that the forces on both of a pair are opposite.
+/// Returns true if strengths are proportional to weights, so that the two forces of each pair are opposite.
 /// Allows for two roundings of a product.
 fn is_mutual(sides: impl Iterator<Item = [Real; 2]> + Clone) -> bool {
     let size = |[_, weight]: &[Real; 2]| weight.abs();

@@ -1,4 +1,4 @@
-//! Evaluates programs on bodies: several samples at once where they can, else one by one with the interpreter.
+//! Evaluates programs on bodies: several samples at once in lanes where possible, else one by one by the interpreter.
 
 use super::contract::{BatchEvaluator, Summing, Sums};
 use super::cut::{Asked, BodyCuts, CutBody};
@@ -25,16 +25,16 @@ pub(super) struct Programs {
     reactions: Vec<(usize, Vector, Vector)>,
     cuts: BodyCuts,
     near: Vec<u32>,
-    /// The places of the single samples at which a program is evaluated, and the numbers of the runs.
+    /// The single samples at which a program is evaluated, as for [`sample_at`], and the indices of the runs.
     asked: Vec<u32>,
     asked_runs: Vec<u32>,
-    /// Pairs of an instance and the place of a sample, or the number of a block.
+    /// Pairs of an instance and a sample, as for [`sample_at`], or the number of a block.
     pairs: Vec<(u32, u32)>,
     /// The results for several samples at once.
     found: Vec<LaneOutput>,
 }
 
-/// The sample at a place among the centres and then the sites.
+/// The sample of an index that counts the centres first, then the sites.
 fn sample_at(samples: &Samples, place: u32) -> &SamplePoint {
     let (place, count) = (place as usize, samples.centres.len());
     let centre = samples.centres.get(place);
@@ -44,7 +44,7 @@ fn sample_at(samples: &Samples, place: u32) -> &SamplePoint {
 /// An instance of a program that is evaluated on several samples.
 struct Asking<'a> {
     wide: LaneInput<'a>,
-    /// Its closed form, if it is drag or wind.
+    /// The closed form of the instance, if it is drag or wind.
     drag: Option<DragOn>,
 }
 
@@ -75,7 +75,7 @@ struct Job {
     /// The key of the program.
     key: Key,
     number: u32,
-    /// The place among the centres, the sites, and the runs; or [`ALL`].
+    /// An index that counts the centres first, then the sites, then the runs; or [`ALL`].
     sample: u32,
 }
 
@@ -297,7 +297,7 @@ impl Programs {
         }
     }
 
-    /// Adds a force on one sample, given by its place.
+    /// Adds a force on one sample.
     fn add_force(&mut self, asked: &Asking<'_>, place: u32, felt: &Felt<'_>, sums: &mut Sums<'_>) {
         let force = from_dvec3(felt.exact);
         let count = asked.wide.samples.centres.len();
@@ -357,7 +357,7 @@ impl Programs {
         self.note(asked, &felt, sums);
     }
 
-    /// Notes the derivative and the reaction of a force.
+    /// Records the derivative and the reaction of a force.
     fn note(&mut self, asked: &Asking<'_>, felt: &Felt<'_>, sums: &mut Sums<'_>) {
         let LaneInput {
             program,
@@ -392,7 +392,7 @@ impl Programs {
         let Some(bulk) = scene.samples.cut(program.how, body) else {
             return false;
         };
-        // Rounded up, so that instances are not lost that only just reach the body.
+        // Rounded up, so that no instance that barely reaches the body is missed.
         let extent = from_f64(bulk.extent) * (1.0 + Real::EPSILON * 4.0);
         let point = scene.samples.centres[body as usize].world_point;
         let reach = self.index.reach(number);

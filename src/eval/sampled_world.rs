@@ -1,4 +1,4 @@
-//! Samples in a world, as evaluators see them.
+//! Samples in a world, the input of evaluators.
 
 use crate::compile::Compiled;
 use crate::sample::{Moment, Samples};

@@ -1,4 +1,4 @@
-//! Derivatives by velocity of drag and wind on bodies, from the forces, and added up together with them.
+//! Derivatives by velocity of drag and wind on bodies, computed from the forces and added up with them.
 
 use crate::compile::Program;
 use crate::field::ForceMode;
@@ -32,7 +32,7 @@ impl DragOn {
         })
     }
 
-    /// The derivative by velocity of its `force` on a mass that is this share of its body.
+    /// The derivative by velocity of its `force` on a part with this mass and this share of the mass of its body.
     #[inline(always)]
     pub(super) fn slowing<T: Plain>(&self, mass: T, share: T, force: Vec3<T>) -> Slowing<T> {
         let weight = match self.mode {
@@ -63,7 +63,7 @@ pub(crate) struct BodySlowings {
 struct SlowingSum {
     force: DVec3,
     torque: DVec3,
-    /// Σ λ, where λ is the part of a sample's derivative that is alike in all directions.
+    /// Σ λ, where λ is the isotropic part of a sample's derivative.
     across: f64,
     /// Σ λ a
     first: DVec3,
@@ -85,7 +85,7 @@ pub(crate) struct BodySlowing {
 }
 
 impl BodySlowings {
-    /// Starts with this number of bodies, and nothing that acts on them.
+    /// Sets the number of bodies, and all sums to zero.
     pub(crate) fn start(&mut self, bodies: usize) {
         self.along.clear();
         self.bodies.clear();

@@ -26,15 +26,15 @@ pub(super) struct Sources {
     gridded: bool,
     /// The stamp of the batch they were gathered from, if all its sources stand still; else zero.
     stamp: u64,
-    /// The term of each source, in that case.
+    /// The term of each source, if `stamp` is not zero.
     serials: Vec<Key>,
     count: usize,
-    /// The corners of the box around them, and the number of sources in each of its faces.
+    /// The corners of the box around the sources, and the number of sources in each of its faces.
     bounds: [Vector; 2],
     in_faces: [usize; 6],
-    /// For rows that were moved, the place that the row must not grow beyond.
+    /// For rows that were moved, the index beyond which the row must not grow.
     limits: HashMap<usize, usize>,
-    /// The places of the sources near the body that is visited.
+    /// A buffer: the indices of the sources near a cloud.
     pub(super) near: Vec<u32>,
 }
 
@@ -76,7 +76,7 @@ impl Sources {
         }
     }
 
-    /// Notes the properties that [`Sources::follow`] needs.
+    /// Records the properties that [`Sources::follow`] needs.
     fn note_terms(&mut self, batch: &RadialBatch) {
         let order = self.grid.order().iter();
         self.serials.clear();
@@ -102,30 +102,31 @@ impl Sources {
         [&mut self.x, &mut self.y, &mut self.z, strength, owner]
     }
 
-    /// The side of the grid's cells. Half the range: finer cells fit the ball better than they cost in ranges.
+    /// The side of the grid's cells. Half the range: smaller cells exclude more sources outside of the ball, which pays
+    /// for the additional ranges.
     fn side(&self, batch: &RadialBatch) -> Real {
         let range = batch.range.filter(|_| self.gridded);
         range.map_or(Real::MAX, |range| range * 0.5)
     }
 
-    /// All places, if there is no grid.
+    /// The indices of all sources, if there is no grid.
     fn all(&self) -> Range<usize> {
         let [_, row] = self.grid.runs(0);
         row
     }
 
-    /// All places, if they would not fill the lanes.
+    /// The indices of all sources, if there is no grid and they are at most [`WIDTH`].
     pub(super) fn few(&self) -> Option<Range<usize>> {
         let all = (!self.gridded).then(|| self.all());
         all.filter(|all| all.len() <= WIDTH)
     }
 
-    /// The point of the source at a place.
+    /// The position of the source of an index.
     pub(super) fn point(&self, at: usize) -> DVec3 {
         DVec3::new(to_f64(self.x[at]), to_f64(self.y[at]), to_f64(self.z[at]))
     }
 
-    /// Visits ranges of places that together hold all sources within range of a point, and some farther ones.
+    /// Visits ranges of indices that together hold all sources within range of a point, and some farther ones.
     #[inline(always)]
     pub(super) fn for_each_near(
         &self,
@@ -193,7 +194,7 @@ impl Sources {
         same.then_some(())
     }
 
-    /// Removes a source of a term. One that was added and removed since the last update is not there.
+    /// Removes a source of a term. A source that was added and removed since the last update is absent.
     fn remove(&mut self, serial: Key, point: Vector) {
         let cell = self.grid.cell_of(point);
         let [mut run, row] = self.grid.runs(cell);

@@ -1,4 +1,4 @@
-//! One suite, stamped on every evaluator: see [`BatchEvaluator`].
+//! One suite of tests for every evaluator; see [`BatchEvaluator`].
 
 use fearless_simd::Level;
 
@@ -31,7 +31,7 @@ struct Stage {
     time: f64,
 }
 
-/// Two pairs of balls, each with its handles, a ball by itself, and a box.
+/// Two bodies of two balls each, one of a single ball, and a box.
 fn world() -> PhysicsWorld {
     let mut world = PhysicsWorld::new();
     let places = [[0.0, 0.0, 0.0], [2.5, 0.5, 0.0], [-1.0, 2.0, 1.5]];
@@ -63,7 +63,7 @@ fn world() -> PhysicsWorld {
     world
 }
 
-/// Computes the masses, which Rapier would do in its first step.
+/// Computes the masses, as Rapier does in its first step.
 fn weigh(world: &mut PhysicsWorld) {
     let PhysicsWorld {
         bodies, colliders, ..
@@ -318,7 +318,7 @@ macro_rules! keeps_the_contract {
             }
 
             #[test]
-            fn leaves_out_what_is_gone() {
+            fn leaves_out_fields_of_removed_bodies() {
                 let mut stage = Stage::new($fields);
                 let gone = stage.handles()[1];
                 stage.world.remove_body(gone);
@@ -328,7 +328,7 @@ macro_rules! keeps_the_contract {
             }
 
             #[test]
-            fn shows_nothing_of_what_it_keeps() {
+            fn kept_buffers_change_no_bits() {
                 let mut stage = Stage::new($fields);
                 let mut kept = $fresh;
                 for step in 0..6 {
@@ -431,7 +431,7 @@ fn crowd() -> Stage {
     Stage::of(world, many)
 }
 
-/// Every instruction set gives the same bits, and they are right.
+/// They also agree with the reference.
 #[test]
 fn every_instruction_set_gives_the_same_bits() {
     let stage = crowd();

@@ -1,5 +1,5 @@
-//! Programs on eight samples at a time: the walk of the [interpreter](super::interpreter) over [`Lanes`]. Each
-//! sample gets the bits that it would get by itself.
+//! Programs on eight samples at a time: the walk of the [interpreter](super::interpreter) over [`Lanes`]. The bits
+//! for each sample are those of the interpreter at that sample alone.
 //!
 //! A sample on the surface of a region, or with a number that is not finite, is *in doubt*, and left to the
 //! interpreter.
@@ -13,7 +13,7 @@ use crate::math::{DVec3, Real, to_dvec3, to_f64};
 use crate::number::{LANES, LaneMask, Lanes, Number, Plain, Vec3, in_registers};
 use crate::sample::{BLOCK, Moment, PlacedBlock, SamplePoint, Samples};
 
-/// The number of samples.
+/// The number of samples that are evaluated together.
 pub(super) const WIDTH: usize = LANES;
 
 /// An instance of a program, and the moment at which it is evaluated.
@@ -47,13 +47,13 @@ pub(super) struct LaneForce {
     pub force: Vec3<Lanes>,
     /// Where it is defined for certain.
     pub defined: LaneMask,
-    /// Where only the interpreter can tell: on a border, or where numbers are not finite.
+    /// Where the interpreter decides: on a border, or where numbers are not finite.
     pub doubtful: LaneMask,
 }
 
 impl SampleContext<'_, Lanes> {
-    /// Runs the program in the widest registers of the machine. Not inlined, because it is large: so it is compiled once
-    /// for all callers.
+    /// Runs the program in the widest registers of the machine. Not inlined, so that this large function is compiled
+    /// once for all callers.
     #[inline(never)]
     pub(super) fn in_lanes(&self) -> LaneForce {
         in_registers(

@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::halves::part;
 use crate::math::DVec3;
 
-/// Cells of no more sources are not divided.
+/// Cells of up to this many sources are not divided.
 const FEWEST: usize = 8;
 
 /// A source at its place in the world.
@@ -20,25 +20,25 @@ pub(super) struct Source {
 /// The sources of a batch, divided into halves of halves.
 #[derive(Debug, Default)]
 pub(super) struct CellTree {
-    /// The stamp of the batch they were sorted from, if its sources stand still.
+    /// The stamp of the batch whose sources are sorted here, if they stand still.
     pub made_for: Option<u64>,
-    /// True if all sources have finite places; otherwise there are no cells.
+    /// True if all sources have finite positions; otherwise there are no cells.
     pub are_finite: bool,
     pub sources: Vec<Source>,
     /// Each cell before those within it.
     pub list: Vec<SourceCell>,
-    /// The sources that bodies carry, as body and place in `sources`, sorted.
+    /// The owner and the index in `sources` of each source on a body, sorted.
     owned: Vec<(f64, u32)>,
 }
 
-/// A cell of neighbouring sources, with the moments by which it acts on samples far off.
+/// A cell of neighbouring sources, with the moments by which it acts on distant samples.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SourceCell {
-    /// The mean place of its sources, weighted by the sizes of their strengths.
+    /// The mean position of its sources, weighted by the magnitudes of their strengths.
     pub centre: DVec3,
     /// The largest squared distance of a source from the centre.
     pub radius2: f64,
-    /// The sum of strengths s.
+    /// The sum of the strengths s.
     pub total: f64,
     /// The sum of s δ, for the offset δ of each source from the centre.
     pub first: DVec3,
@@ -46,7 +46,7 @@ pub(super) struct SourceCell {
     pub second: [DVec3; 2],
     pub start: u32,
     pub end: u32,
-    /// The number of the first cell after those within it.
+    /// The index of the first cell after those within it.
     pub next: u32,
     pub is_cut: bool,
 }
@@ -58,7 +58,7 @@ impl SourceCell {
 }
 
 impl CellTree {
-    /// Sorts sources into cells, unless some have no finite place.
+    /// Sorts sources into cells, unless a position is not finite.
     pub(super) fn sort(&mut self, sources: &[Source]) {
         self.list.clear();
         self.sources.clear();
@@ -76,7 +76,7 @@ impl CellTree {
             .sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     }
 
-    /// Makes a cell of some sources, and the cells within it.
+    /// Makes a cell of the sources in a range, and the cells within it.
     fn cut(&mut self, places: Range<usize>) {
         let number = self.list.len();
         let is_cut = places.len() > FEWEST;
@@ -92,7 +92,7 @@ impl CellTree {
         self.list[number].next = self.list.len() as u32;
     }
 
-    /// The places of the sources of a body.
+    /// The indices of the sources of a body.
     pub(super) fn of_body(&self, owner: f64) -> impl Iterator<Item = u32> {
         let start = self.owned.partition_point(|known| known.0 < owner);
         let own = self.owned[start..].iter();

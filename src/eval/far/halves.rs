@@ -1,9 +1,9 @@
-//! Divides points into halves of halves, so that neighbours come together.
+//! Divides points into halves of halves, so that neighbours share a group.
 
 use crate::math::DVec3;
 
-/// Moves `at` items to the front that lie no farther than the others along the axis on which all spread most.
-/// Items are counted, so a single item far off does not coarsen the groups of the others.
+/// Partitions items along the axis of their largest extent: the first `at` items have no larger coordinate than the
+/// others. Both sides are given by their number of items, so one distant item does not coarsen the other groups.
 pub(super) fn part<T>(items: &mut [T], at: usize, point: impl Fn(&T) -> DVec3) {
     let none = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     let points = items.iter().map(&point);
@@ -32,7 +32,7 @@ mod tests {
 
     /// Points on a line, shuffled, with one of them very far away.
     #[test]
-    fn neighbours_come_together() {
+    fn gathering_puts_neighbours_into_one_chunk() {
         let place = |number: usize| match number {
             700 => 1e30,
             number => (number * 577 % 1013) as f64,
@@ -48,7 +48,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_lost() {
+    fn gathering_keeps_every_item() {
         for count in [0, 1, 8, 9, 15, 16, 17, 100] {
             let mut numbers: Vec<usize> = (0..count).collect();
             gather(&mut numbers, 8, &|n| {

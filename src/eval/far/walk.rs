@@ -9,7 +9,7 @@ use crate::math::{DVec3, to_dvec3, to_f64};
 use crate::number::{Dual, level};
 use crate::sample::SamplePoint;
 
-/// Samples that are evaluated together.
+/// The number of samples that are evaluated together.
 pub(super) const WIDTH: usize = 8;
 
 /// Up to eight neighbouring samples.
@@ -21,12 +21,12 @@ pub(super) struct Block {
     high: DVec3,
     count: usize,
     sums: [[f64; WIDTH]; 3],
-    /// The places of the sources that their bodies carry, sorted.
+    /// The indices of the sources on the bodies of these samples, sorted.
     own: Vec<u32>,
 }
 
 impl Block {
-    /// Sets the samples, given by their points and bodies.
+    /// Sets the samples, given by their points and owners.
     fn fill(&mut self, samples: impl Iterator<Item = (DVec3, f64)>, cells: &CellTree) {
         self.owners = [f64::NAN; WIDTH];
         (self.low, self.high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
@@ -81,7 +81,7 @@ pub(super) struct CellWalk<'a> {
 }
 
 impl<'a> CellWalk<'a> {
-    /// `None` for laws of another form, and if a source has no finite place.
+    /// `None` for laws of another form, and if the position of a source is not finite.
     pub(super) fn new(cells: &'a CellTree, law: &'a Radial, quantity: Quantity) -> Option<Self> {
         let Profile::Power {
             power, softening, ..
@@ -101,8 +101,8 @@ impl<'a> CellWalk<'a> {
         })
     }
 
-    /// Sums over all sources at each of some samples, given by their points and bodies. A potential is in place
-    /// of the first component of the force.
+    /// Sums over all sources at each of up to eight samples, given by their points and owners. A potential is in
+    /// place of the first component of the force.
     pub(super) fn on(&self, samples: impl Iterator<Item = (DVec3, f64)>, block: &mut Block) {
         block.fill(samples, self.cells);
         block.sums = dispatch!(level(), simd => self.sum(simd, block));
@@ -127,8 +127,8 @@ impl<'a> CellWalk<'a> {
         seen.sum.map(|sum| sum.to_array())
     }
 
-    /// Adds the force on one sample, with derivatives. For these a cell acts as if all its sources were in its
-    /// centre.
+    /// Adds the force on one sample, with derivatives. The derivatives treat the sources of a distant cell as if
+    /// all were at its centre.
     pub(super) fn linearise(&self, sample: &SamplePoint, weight: f64, sum: &mut Linearised) {
         let (point, owner) = (to_dvec3(sample.world_point), to_f64(sample.owner));
         let is_own = |cell: &SourceCell| {

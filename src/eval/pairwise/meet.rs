@@ -14,16 +14,16 @@ use crate::number::level;
 use crate::threads::each_chunk;
 
 /// The laws that act within one range. Tiles have the charges of the first Lennard-Jones law, then those of the
-/// first inverse square law, which share their roots, and then those of the others.
+/// first inverse square law, which share their square roots, and then those of the others.
 #[derive(Debug, Default)]
 pub(super) struct Laws {
     range: Option<Real>,
     lennard_jones: LennardJones,
     inverse_square: InverseSquare,
     rest: Vec<KernelLaw>,
-    /// Bits of [`LENNARD_JONES`], [`INVERSE_SQUARE`] and [`REST`] for the laws in it.
+    /// Bits of [`LENNARD_JONES`], [`INVERSE_SQUARE`] and [`REST`] for the laws that are present.
     there: u32,
-    /// True if in every law the forces on the two of a pair are opposite.
+    /// True if in every law the two forces of a pair are opposite.
     pub mutual: bool,
 }
 
@@ -31,7 +31,7 @@ pub(super) struct Laws {
 const LENNARD_JONES: u32 = 1;
 const INVERSE_SQUARE: u32 = 2;
 const REST: u32 = 4;
-/// The forces on the two of a pair may not be opposite.
+/// The two forces of a pair may not be opposite.
 const ONE_SIDED: u32 = 8;
 /// Tiles may have sites of the same body.
 const SHARED: u32 = 16;
@@ -123,7 +123,7 @@ impl Laws {
                         *back += more;
                     }
                 }
-                // For a tile with itself each pair is visited from both sides.
+                // In a tile with itself each pair is visited from both sides, so there is no reaction to add.
                 if FORM & POTENTIAL == 0 && tile != other {
                     subtract(simd, &mut sums[other - start], back);
                 }
@@ -199,8 +199,8 @@ struct TileHalf<'a, S: Simd> {
     simd: S,
     point: [Eight<S>; 3],
     charges: [Charges<S>; 2],
-    /// For each of the first two laws, true if a site has a charge in it. A hydrogen may have none in one of
-    /// them.
+    /// For each of the first two laws, true if a site has a charge in it. A hydrogen atom may have no charge in one
+    /// of them.
     charged: [bool; 2],
     rest: &'a [[Row; 2]],
     bodies: Eight<S>,
@@ -312,7 +312,7 @@ impl<S: Simd> TileHalf<'_, S> {
     }
 }
 
-/// The sum over laws of the factors on either side of a pair. A factor times the way between the two is a force.
+/// The sums over laws of the factors of both sites of a pair. A factor times the offset between the sites is a force.
 struct PairPull<S: Simd, const FORM: u32> {
     own: Eight<S>,
     other: Eight<S>,

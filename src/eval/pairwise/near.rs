@@ -1,5 +1,5 @@
-//! A list of pairs of tiles with sites in range of each other. It is made with a margin, and outlives the step
-//! until a site has moved by half of that (Verlet, Phys. Rev. 159 (1967) 98).
+//! A list of pairs of tiles with sites in range of each other. It is made with a margin beyond the range, and reused
+//! in later steps until a site has moved by half of the margin (Verlet, Phys. Rev. 159 (1967) 98).
 
 use std::ops::Range;
 
@@ -23,18 +23,18 @@ const CHUNK: usize = 512;
 pub(super) struct NearTiles {
     range: Option<Real>,
     bodies: Vec<Row>,
-    /// The places of the sites when the list was made.
+    /// The positions of the sites when the list was made.
     points: Vec<[Row; 3]>,
-    /// For each tile, where its others start; one more for the end. Empty if there is no range.
+    /// For each tile, the start of its later tiles in `others`; then the end of the last. Empty if there is no range.
     starts: Vec<u32>,
     others: Vec<u32>,
     search: Search,
-    /// A buffer: for each tile, where its next other goes.
+    /// A buffer: for each tile, the index in `others` for its next later tile.
     next: Vec<u32>,
 }
 
 impl NearTiles {
-    /// Keeps the list only if it is of this range and of tiles with the same bodies.
+    /// Discards the list unless it was made for this range and for tiles with the same bodies.
     pub(super) fn keep_if_of(&mut self, range: Option<Real>, tiles: &Tiles) {
         if self.range != range || self.bodies != tiles.bodies {
             self.range = range;
@@ -146,7 +146,7 @@ impl Search {
         }
         self.largest = self.radii.iter().copied().fold(0.0, Real::max);
         let gridded = tiles.len() >= FEWEST_FOR_GRID;
-        // Half the reach: finer cells fit the ball better than they cost in ranges.
+        // Half the reach: smaller cells exclude more tiles outside of the ball, which pays for the additional ranges.
         let side = (reach + 2.0 * self.largest) * 0.5;
         self.grid
             .build(&self.centres, if gridded { side } else { Real::MAX });
@@ -229,7 +229,7 @@ impl Search {
     }
 }
 
-/// A bit for each of eight balls that meets the given one and is of an earlier tile.
+/// A bit for each of eight balls, set if it intersects the given one and belongs to an earlier tile.
 #[inline(always)]
 fn meets<S: Simd>(
     simd: S,

@@ -7,15 +7,15 @@ use crate::math::{Real, Vector};
 use crate::sample::{SamplePoint, Samples};
 use crate::threads::{self, each_chunk};
 
-/// Fewest tiles of a part, and most parts, where tiles are divided among threads.
+/// The smallest number of tiles of a part, and the largest number of parts, when threads share the tiles.
 const FEWEST: usize = 128;
 const MOST_PARTS: usize = 8;
 /// Tiles that one thread adds up at a time.
 const CHUNK: usize = 1024;
 
-/// Sites in tiles of four: their places, their charges in each law, and the sums of forces on them.
+/// Sites in tiles of four: their positions, their charges in each law, and the sums of forces on them.
 ///
-/// A tile with fewer sites repeats the place of its last one, without charges.
+/// A tile with fewer sites repeats the position of its last one, without charges.
 #[derive(Debug, Default)]
 pub(super) struct Tiles {
     pub points: Vec<[Row; 3]>,
@@ -31,7 +31,7 @@ pub(super) struct Tiles {
     samples: Vec<u32>,
 }
 
-/// A range of tiles that meet later tiles, and the sums that come of it.
+/// A range of tiles, and the forces of their pairs with later tiles.
 #[derive(Debug, Default)]
 pub(super) struct Part {
     pub tiles: Range<usize>,
@@ -92,7 +92,7 @@ impl Tiles {
         }
     }
 
-    /// Sets the places of the sites, and divides the tiles into parts.
+    /// Sets the positions of the sites, and divides the tiles into parts.
     pub(super) fn place(&mut self, samples: &Samples) {
         let numbers = self.samples.chunks_exact(4);
         for (points, numbers) in self.points.iter_mut().zip(numbers) {

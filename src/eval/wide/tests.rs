@@ -1,4 +1,4 @@
-//! Compares lanes with the interpreter, bit for bit, on everything that has lanes.
+//! Compares lanes with the interpreter, bit for bit, on all formulas, regions and operators that have lanes.
 
 use std::sync::Arc;
 
@@ -118,7 +118,7 @@ fn field() -> impl Strategy<Value = Field> {
         0..4_u8,
     );
     parts.prop_map(|(field, region, (place, turn, still), strength, kind)| {
-        // Fields that are not turned have their places on the grid of another test's samples.
+        // Fields that are not turned are on the grid of the samples of `borders_are_left_to_the_interpreter`.
         let on_grid = place.map(|x: f64| (2.0 * x).round() / 2.0);
         let [place, turn] = if still {
             [on_grid, [0.0; 3]]
@@ -180,7 +180,7 @@ pub(in crate::eval) fn samples(numbers: &[[f64; 8]]) -> Samples {
     samples
 }
 
-/// The number of lanes that a program filled, and the number of those in doubt.
+/// Compares all instances of a tree. Returns the number of lanes that were run, and of those in doubt.
 fn compare(tree: Tree, samples: &Samples) -> Result<[u32; 2], TestCaseError> {
     let mut set = FieldSet::new();
     set.insert(tree);
@@ -237,7 +237,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(4000))]
 
     #[test]
-    fn lanes_are_as_the_interpreter(
+    fn lanes_give_the_bits_of_the_interpreter(
         tree in tree(),
         numbers in prop::collection::vec(prop::array::uniform8(-2.0..2.0_f64), 1..=WIDTH),
     ) {
@@ -255,9 +255,9 @@ proptest! {
     }
 }
 
-/// Samples far from borders, with numbers of ordinary size, are not in doubt, so lanes are of use.
+/// Samples far from borders, with numbers of ordinary size, are evaluated in lanes.
 #[test]
-fn doubts_are_rare() {
+fn few_samples_are_in_doubt() {
     let mut counts = [0, 0];
     for field in formulas() {
         for region in regions() {
