@@ -1,31 +1,32 @@
-//! The energy balance of a body that is moved within steps: what it gained beside the work that was done on it. It is the
-//! error of its energy, however its steps are divided, and adds up from step to step.
+//! The energy balance of a body that is moved within steps: the kinetic energy that it gained in excess of the work
+//! done on it. It is the error of its energy, however its steps are divided, and adds up from step to step.
 
 use crate::math::{DQuat, DVec3, Real, to_dvec3, to_f64};
 use crate::rigid::{RigidState, Wrench};
 
-/// A gain of fewer roundings than this is none.
+/// A gain of less than this many rounding errors counts as zero.
 const CERTAIN: f64 = 64.0;
 
 /// The number of steps that are not stiff after which a balance ends.
 const CALM: u32 = 64;
 
-/// The energy that a body has gained beside the work on it.
+/// The kinetic energy that a body has gained in excess of the work on it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 pub(crate) struct EnergyBalance {
     gained: f64,
-    /// The largest kinetic energy that it had.
+    /// The largest kinetic energy of the body so far.
     scale: f64,
     /// The number of steps since one was stiff.
     calm: u32,
 }
 
 impl EnergyBalance {
-    /// The balance over the path of a body, which has shown the frequency √`omega2`; `None` if its work is not known.
+    /// The balance over the path of a body, which has shown the frequency √`omega2`; `None` if the work is not known,
+    /// or if Rapier damps the body.
     pub(super) fn of(state: &RigidState, work: &mut Work, omega2: f64) -> Option<Self> {
         work.end();
-        // Damping is no work.
+        // `work` does not include that of damping.
         if work.middle.is_none() || state.damping != [0.0; 2] {
             return None;
         }
@@ -33,7 +34,7 @@ impl EnergyBalance {
         let way = state.position - state.start.0;
         let by_rapier = state.acceleration.dot(way) * state.mass;
         let gained = after - before - work.done - by_rapier;
-        // Forces have the rounding of the world's number type, and that of the places where they were evaluated.
+        // Forces have the rounding of `Real`, and an error from that of the positions at which they are evaluated.
         let epsilon = to_f64(Real::EPSILON);
         let misplaced = state.mass * omega2 * state.position.length() * way.length();
         let is_rounding = gained.abs() <= CERTAIN * epsilon * (work.amount + misplaced);
@@ -44,7 +45,7 @@ impl EnergyBalance {
         })
     }
 
-    /// The balance over a path and one that follows.
+    /// The balance over this path and the next one together.
     pub(super) fn and(self, next: EnergyBalance) -> Self {
         EnergyBalance {
             gained: self.gained + next.gained,
@@ -63,7 +64,7 @@ impl EnergyBalance {
         EnergyBalance { calm, ..self }
     }
 
-    /// Returns true if a body that is no longer stiff is still to be followed.
+    /// Returns true if the balance is still to be kept, although the body is no longer stiff.
     pub(super) fn is_open(self) -> bool {
         self.scale > 0.0 && self.calm < CALM
     }
@@ -85,29 +86,29 @@ impl EnergyBalance {
         next.gained.abs() <= left.max(most / LEAST) / SHARE
     }
 
-    /// Returns true if a step can have left it, which may not hold for one that was deserialized.
+    /// Returns false if no step can have left this balance, which may be the case if it was deserialized.
     pub(super) fn is_sound(self) -> bool {
         self.gained.is_finite() && self.scale >= 0.0 && self.scale.is_finite()
     }
 }
 
-/// A step may use up this part of the tolerance that is left,
+/// A step may use up one part in this many of the remaining tolerance.
 const SHARE: f64 = 4.0;
-/// of which that part at least counts as left: a finer step does not mend what others have gained.
+/// At least one part in this many of the tolerance counts as remaining: a finer step does not undo earlier errors.
 const LEAST: f64 = 16.0;
 
-/// The work of wrenches along a path, between three points in turn by parabolas in time: of fourth order where these are
-/// at equal distances, else of third.
+/// The work of wrenches along a path, by parabolas in time through three points each: of fourth order for equal time
+/// steps, otherwise of third.
 #[derive(Clone, Default)]
 pub(super) struct Work {
     done: f64,
-    /// The most that was done up to any point.
+    /// The largest value of `done` so far, at least zero.
     most: f64,
-    /// The sum of the amounts, of which `done` has the rounding.
+    /// The sum of the magnitudes, to which the rounding of `done` is proportional.
     amount: f64,
-    /// The middle one of the last three points.
+    /// The middle point of the last parabola.
     middle: Option<WorkPoint>,
-    /// The points since then.
+    /// The end of the last parabola, and the point after it.
     points: [Option<WorkPoint>; 2],
 }
 
@@ -122,7 +123,7 @@ struct WorkPoint {
 }
 
 impl Work {
-    /// Continues the path to the present place of a body, where a wrench acts.
+    /// Continues the path to the present position of a body, where `wrench` acts.
     pub(super) fn pass(&mut self, state: &RigidState, wrench: Wrench, time: f64) {
         let point = WorkPoint {
             time,
@@ -146,7 +147,7 @@ impl Work {
         }
     }
 
-    /// Ends the path.
+    /// Adds the work up to the last point.
     fn end(&mut self) {
         let points = std::mem::take(&mut self.points);
         if let (Some(middle), [Some(first), Some(last)]) = (self.middle, points) {
@@ -154,7 +155,7 @@ impl Work {
         }
     }
 
-    /// Adds the work from a time on, to the last point of the parabolas.
+    /// Adds the work from a time to the last point of the parabolas.
     fn add(&mut self, parabolas: Parabolas, from: f64) {
         let [from, to] = [from - parabolas.middle, parabolas.last - parabolas.middle];
         self.done += parabolas.work(to) - parabolas.work(from);
@@ -167,16 +168,16 @@ impl Work {
 struct Parabolas {
     middle: f64,
     last: f64,
-    /// Coefficients of the power's powers of time from the first on.
+    /// The power as a polynomial in time: its coefficients from the constant term on.
     power: [f64; 4],
-    /// The amounts of force times velocity.
+    /// |force| |velocity| + |torque| |angular velocity| at the middle point.
     amount: f64,
 }
 
 impl Parabolas {
     fn new(first: &WorkPoint, middle: &WorkPoint, last: &WorkPoint) -> Self {
         let (before, after) = (middle.time - first.time, last.time - middle.time);
-        // The first and the second coefficient of one that is zero in the middle.
+        // The linear and the quadratic coefficient of a parabola that is zero at the middle point.
         let fit = |first: DVec3, last: DVec3| {
             let second = (last / after + first / before) / (before + after);
             [last / after - second * after, second]
@@ -203,7 +204,7 @@ impl Parabolas {
             power[2] += two.dot(speed) + 2.0 * one.dot(bend);
             power[3] += 2.0 * two.dot(bend);
         }
-        // The angular velocity is the rate of the rotation vector and half of its cross product with that.
+        // To this order the angular velocity is θ' + ½ θ × θ', with the rotation vector θ.
         let [speed, bend] = ways[1];
         power[2] += 0.5 * middle.torque.dot(speed.cross(bend));
         let amounts = middles.into_iter().zip(ways);
@@ -216,7 +217,7 @@ impl Parabolas {
         }
     }
 
-    /// The work from the middle on, over a time.
+    /// The work from the middle point until `time` after it.
     fn work(&self, time: f64) -> f64 {
         let [p0, p1, p2, p3] = self.power;
         time * (p0 + time * (p1 / 2.0 + time * (p2 / 3.0 + time * p3 / 4.0)))
@@ -243,12 +244,13 @@ mod tests {
         RigidState::new(&Body::of(handle, &body), true)
     }
 
-    /// A dipole in a uniform field, on a spring.
+    /// The potential energy of a dipole in a uniform field, on a spring.
     fn potential(state: &RigidState) -> f64 {
         0.5 * state.position.length_squared() - (state.attitude * DIPOLE).dot(FIELD)
     }
 
-    /// The error of the work along a path of a second, in pieces that are longer and shorter in turn by a share.
+    /// The error of the work along a path of one second, in pieces that are longer and shorter in turn by the share
+    /// `uneven`.
     fn error(pieces: usize, uneven: f64) -> f64 {
         let (mut state, mut work) = (body(), Work::default());
         let mut first = None;
@@ -270,7 +272,7 @@ mod tests {
     }
 
     #[test]
-    fn work_is_of_fourth_order_and_without_a_third_point_unknown() {
+    fn work_is_of_fourth_order_and_needs_three_points() {
         // Even and odd numbers; uneven pieces are of third order.
         for (pieces, uneven, least) in [
             ([8, 16], 0.0, 13.0),

@@ -1,4 +1,4 @@
-//! The first half of a step as the second one sees it, and the bodies that were hit in between.
+//! The first half of a step as an input of the second, and the bodies that were hit in between.
 
 use super::StepContext;
 use super::coupling::Besides;
@@ -9,22 +9,22 @@ use crate::rigid::{
     Body, Lookup, MidStepImpact, Mobility, Wrench, find_by, rounded, to_dquat, velocities,
 };
 
-/// The part of a step before Rapier's own, as the part after it sees it.
+/// The results of the half before Rapier's step that the half after it needs.
 #[derive(Clone, Copy)]
 pub(crate) struct BegunStep<'a> {
     /// The evaluation that it began with, if that was of the same bodies.
     pub last: Option<&'a Evaluation>,
     pub motions: &'a Motions,
-    /// The bodies that were put on another path since, in the order of their handles.
+    /// The impacts that have changed paths of bodies since, in the order of their handles.
     pub hits: &'a [MidStepImpact],
-    /// Free bodies that the first half did not know to be awake, in the order of their handles.
+    /// Free bodies that were awake before Rapier's step but not read in the first half, in the order of their handles.
     pub late: &'a [RigidBodyHandle],
     /// True if there are no detection fields, so that no contact depends on paths and these may still be changed.
     pub may_redo: bool,
 }
 
 impl BegunStep<'_> {
-    /// How a body was put on another path, if it was.
+    /// The impact that has changed the path of a body, if there was one.
     pub(super) fn hit(&self, body: RigidBodyHandle) -> Option<&MidStepImpact> {
         let place = find_by(self.hits, body, |hit| hit.body)?;
         Some(&self.hits[place])
@@ -38,8 +38,8 @@ impl BegunStep<'_> {
     }
 
     /// The correction of the wrench for the second half of a kick: up to a hit the first wrench should act, and the
-    /// second from then on. The map of a step is the same backwards, so hits in a field that does not change neither
-    /// add nor take energy on average.
+    /// second from then on. The map of a step is time-reversible, so hits in a field that does not change neither add
+    /// nor take energy on average.
     pub(super) fn correction(
         &self,
         place: usize,
@@ -116,8 +116,8 @@ impl BegunBody<'_> {
     }
 
     /// The second half for a body that was loaded with the mean of a force that reads velocities: the effect of the
-    /// force's change over the step, as [`FreeMotion::second`](super::FreeMotion::second) for one that reads none. The change is taken at one
-    /// velocity, and its own effect on the velocity is solved for, so it stays bounded.
+    /// force's change over the step, like [`FreeMotion::second`](super::FreeMotion::second) for forces that read none.
+    /// The change is taken at the present velocities, and its effect on them is solved for, so it stays bounded.
     fn end_of_load(
         self,
         context: &StepContext<'_, impl Lookup>,

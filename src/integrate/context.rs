@@ -15,7 +15,7 @@ use crate::sample::{Moment, Samples};
 /// motion.
 pub(crate) struct StepContext<'a, W> {
     pub compiled: &'a Compiled,
-    /// Where anchors are looked up.
+    /// The world in which anchors are looked up.
     pub world: &'a W,
     pub samples: &'a Samples,
     /// In the order of the samples' bodies.
@@ -32,7 +32,7 @@ pub(crate) struct StepContext<'a, W> {
 pub(crate) struct MotionRules<'a> {
     pub scheme: Scheme,
     /// True if all bodies that rotate freely are rotated by this crate, even balls, and even if no field can turn them,
-    /// because swept detection must know the rotation.
+    /// because swept detection needs the rotation.
     pub exact_turns: bool,
     /// Solver iterations of Rapier's step, over which it integrates a rotation.
     pub iterations: u32,

@@ -72,7 +72,7 @@ impl Integrator {
         }
     }
 
-    /// Takes the couplings of linearised bodies from their Jacobians, and drops those that are not finite.
+    /// Computes the couplings of linearised bodies from their Jacobians, and removes couplings that are not finite.
     pub(super) fn couple_candidates(evaluation: &mut Evaluation) {
         let Evaluation {
             couplings,

@@ -8,12 +8,12 @@ use crate::rigid::{Mobility, Wrench, join, phi1, rounded};
 /// Two evaluations that differ by no more than this share are the same, except for rounding.
 const SAME: f64 = 1e-5;
 
-/// A wrench that is linear in the velocities of a body, about the velocities at which it was sampled. Six-vectors are in
-/// world axes, the linear half first.
+/// A wrench that is linear in the velocities of a body, about those at which it was sampled. Six-vectors are in world
+/// axes, the linear half first.
 #[derive(Clone, Copy, Debug)]
 #[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 pub(crate) struct LinearisedWrench {
-    /// The wrench at those velocities.
+    /// The wrench at the velocities `sampled_at`.
     wrench: Vector6<f64>,
     pub slope: Slope,
     pub sampled_at: Vector6<f64>,
@@ -27,7 +27,7 @@ pub(crate) struct LinearisedWrench {
 #[derive(Clone, Copy, Debug)]
 #[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 pub(crate) enum Slope {
-    /// Of a force at the centre of mass, which does not depend on rotation.
+    /// The slope of a force at the centre of mass, which does not depend on rotation.
     OfPoint(Matrix3<f64>),
     OfBody(Matrix6<f64>),
 }
@@ -45,7 +45,7 @@ impl Slope {
         }
     }
 
-    /// Of drag and wind.
+    /// The slope of drag and wind.
     pub(super) fn of_drags(drags: &BodySlowing) -> Self {
         if drags.at_centre {
             return Slope::OfPoint(drags.slope.fixed_view::<3, 3>(0, 0).into_owned());
@@ -82,10 +82,10 @@ impl Slope {
         self.entries().iter().all(|entry| *entry == 0.0)
     }
 
-    /// An upper bound of the rates at which it alone slows the velocities or turns them.
+    /// An upper bound of the rates at which this slope alone slows or turns the velocities.
     ///
-    /// With D² ≥ M⁻¹ the rates are at most the norm of D B D, which is at most the root of its greatest row sum times
-    /// its greatest column sum.
+    /// With this slope B and a diagonal D, D² ≥ M⁻¹, the rates are at most the norm of D B D, which is at most the
+    /// square root of its greatest row sum times its greatest column sum.
     pub(super) fn fastest(&self, mobility: &Mobility) -> f64 {
         let greatest = |sums: [f64; 6]| sums.into_iter().fold(0.0, f64::max);
         let inv_mass = mobility.inv_mass.max_element();
@@ -128,7 +128,7 @@ impl Slope {
     }
 }
 
-/// The causes that change a body's momentum besides the coupled force.
+/// The causes besides the coupled force that change the momentum of a body.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Besides {
     /// Rapier's own force and torque: gravity and the user's force, or the reactions of held bodies.
@@ -149,7 +149,7 @@ impl Besides {
         Wrench { force, torque }
     }
 
-    /// The same after a wrench has acted for some time.
+    /// These causes after `wrench` has acted for `duration`.
     pub(super) fn after(&self, wrench: &Vector6<f64>, duration: f64) -> Self {
         Besides {
             momentum: self.momentum + wrench * duration,
@@ -159,8 +159,8 @@ impl Besides {
 }
 
 impl LinearisedWrench {
-    /// Linear about the velocities at which a wrench was `evaluated`. The wrench in full precision is used if both
-    /// agree, because the speed that remains after a strong drag is the difference of two almost equal numbers.
+    /// Linear about the velocities at which a wrench was `evaluated`. If `wrench` agrees with it, `wrench` is used for
+    /// its precision: the speed that remains after a strong drag is the difference of two almost equal numbers.
     pub(super) fn new(
         wrench: &Vector6<f64>,
         slope: Slope,
@@ -188,8 +188,8 @@ impl LinearisedWrench {
     }
 
     /// The mean over a kick of everything that changes the momentum. It is exact where the force is linear in the
-    /// velocities: a drag of any strength stops a body without turning it back, and a force that turns the velocity
-    /// keeps its length. `here` is the wrench at the velocities at the start.
+    /// velocities: a drag of any strength stops a body without reversing it, and a force that turns the velocity keeps
+    /// its length. `here` is the wrench at the velocities at the start.
     pub(super) fn mean(
         &self,
         mobility: &Mobility,
@@ -250,7 +250,7 @@ mod tests {
     use crate::integrate::stiffness::Rates;
     use crate::math::DVec3;
 
-    /// A matrix of the first numbers of a list.
+    /// The matrix of the first 36 numbers of a list, row by row.
     fn matrix(numbers: &[f64]) -> Matrix6<f64> {
         Matrix6::from_fn(|row, column| numbers[6 * row + column])
     }
@@ -280,7 +280,7 @@ mod tests {
         }
     }
 
-    /// Nothing is lost where axes do not mix.
+    /// The bound is exact where axes do not mix.
     #[test]
     fn the_bound_of_a_drag_is_its_rate() {
         let mobility = Mobility {

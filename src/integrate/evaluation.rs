@@ -1,4 +1,4 @@
-//! The evaluation: the wrenches of the fields on bodies at one moment, passed from EVALUATE to INTEGRATE.
+//! The evaluation: the wrenches of the fields on bodies at one moment, from which motions are computed.
 
 use std::collections::HashSet;
 use std::fmt::Debug;
@@ -12,8 +12,8 @@ use super::{Integrator, StepContext};
 use crate::math::{Real, RigidBodyHandle, Vector};
 use crate::rigid::{Body, Lookup, PartsMark, Wrench, find, find_next_place, is_in_order};
 
-/// The wrenches on some bodies, and what is known beyond them. It outlives its step: unless something changes, the next
-/// step begins with it.
+/// The wrenches on some bodies, with derivatives and treatments. Unless something changes, the next step begins with
+/// the evaluation at the end of this one.
 #[derive(Clone, Debug, Default)]
 #[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 pub(crate) struct Evaluation {
@@ -26,18 +26,18 @@ pub(crate) struct Evaluation {
     pub centres: Vec<Vector>,
     /// The colliders of each body.
     pub parts: Vec<PartsMark>,
-    /// By place; empty if no field reads velocities, or the scheme samples them as they are.
+    /// The linearised wrench on each body; empty if no field reads velocities, or the step has no length.
     pub couplings: Vec<Option<LinearisedWrench>>,
     /// True if the last kick changed forces that read velocities so much that the next step has to evaluate them again.
     pub outdated: bool,
-    /// Of bodies that were linearised, in the order of their places.
+    /// The linearisations of bodies that have one, in the order of their places.
     pub estimates: Vec<Estimate>,
-    /// Of bodies that are not simply kicked, with their places, in that order.
+    /// The treatments of bodies that are not simply kicked, with their places, in the order of these.
     pub treatments: Vec<(usize, Treatment)>,
     /// The places of bodies whose step is to be repeated with a finer plan, in order.
     #[cfg_attr(feature = "serde-serialize", serde(skip))]
     pub missed: Vec<usize>,
-    /// The places of bodies whose wrenches had contributions left out, in order. Their derivatives are not used.
+    /// The places of bodies whose wrenches lack some contributions, in order. Their derivatives are not used.
     pub left_out: Vec<usize>,
 }
 
@@ -97,7 +97,7 @@ impl Evaluation {
         self.outdated = false;
     }
 
-    /// A description of the first value that no evaluation has, for one that was deserialized; `None` if it is sound.
+    /// A description of the first value that is not valid, for an evaluation that was deserialized.
     pub(crate) fn amiss(&self) -> Option<String> {
         let count = self.bodies.len();
         if !(self.dt >= 0.0 && self.dt.is_finite()) {
@@ -141,7 +141,8 @@ impl Evaluation {
             .or_else(|| first_unsound(&self.treatments, "treatments", |it| it.1.is_sound()))
     }
 
-    /// Makes this the evaluation of some bodies: `last`, but for those at `places`, which have been `found` anew.
+    /// Makes this the evaluation of `bodies`: the wrenches are those of `found` for bodies at `places`, of `last` for
+    /// others.
     pub(crate) fn join(
         &mut self,
         bodies: &[Body],
@@ -200,7 +201,7 @@ impl Evaluation {
     }
 }
 
-/// The first of some places that is out of order, or beyond the bodies.
+/// The first of some places that is out of order, or not less than `count`.
 fn places(mut all: impl Iterator<Item = usize>, count: usize) -> Option<usize> {
     let mut next = 0;
     all.find(|place| {
@@ -220,7 +221,7 @@ pub(crate) fn first_unsound<T: Debug>(
     Some(format!("{name}[{place}] is {:?}", list[place]))
 }
 
-/// Keeps the entries of a list, which may be empty, whose place is kept.
+/// Keeps the entries of a list whose new place is `Some`. The list may be empty.
 fn keep<T>(list: &mut Vec<T>, places: &[Option<usize>]) {
     let mut places = places.iter();
     list.retain(|_| places.next().is_some_and(Option::is_some));
@@ -246,7 +247,7 @@ impl Integrator {
                 .extend(centres.map(|centre| centre.world_point));
         }
         if context.compiled.reads_velocity {
-            // Fields anchored to bodies move with their velocities, too.
+            // Fields anchored to bodies move with the velocities of these bodies.
             for body in context.bodies {
                 let (linvel, angvel) = (body.linvel, body.angvel);
                 self.motions

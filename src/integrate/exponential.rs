@@ -4,7 +4,7 @@
 use crate::rapier::na::{Const, DimMin, Matrix3, Matrix6, SMatrix, SVector, Vector3, Vector6};
 use crate::rigid::phi1;
 
-/// φ₁(A) x of three components; `None` if it is not finite or beyond [`LARGEST`].
+/// φ₁(A) x of three components; `None` if it is not finite, or if A has no closed form and is beyond [`LARGEST`].
 pub(super) fn mean3(rate: &Matrix3<f64>, x: Vector3<f64>) -> Option<Vector3<f64>> {
     let mean = if let Some(growth) = isotropic(rate) {
         x * phi1(growth)
@@ -19,15 +19,15 @@ pub(super) fn mean3(rate: &Matrix3<f64>, x: Vector3<f64>) -> Option<Vector3<f64>
     mean.iter().all(|x| x.is_finite()).then_some(mean)
 }
 
-/// φ₁(A) x of six components; `None` if it is not finite or beyond [`LARGEST`].
+/// φ₁(A) x of six components; `None` if it is not finite, or if A is beyond [`LARGEST`].
 pub(super) fn mean6(rate: &Matrix6<f64>, x: &Vector6<f64>) -> Option<Vector6<f64>> {
     by_exponential::<6, 7>(rate, x)
 }
 
-/// The library's exponential takes the tenth power of a matrix, and with no end if that overflows.
+/// nalgebra's exponential computes the tenth power of a matrix, and does not return if that overflows.
 const LARGEST: f64 = 1e28;
 
-/// By the series of φ₁, where its terms do not cancel.
+/// φ₁(A) x by the series of φ₁; `None` where its terms would cancel.
 fn by_series<const N: usize>(
     rate: &SMatrix<f64, N, N>,
     x: &SVector<f64, N>,
@@ -49,7 +49,7 @@ fn by_series<const N: usize>(
     mean.iter().all(|x| x.is_finite()).then_some(mean)
 }
 
-/// As a column of the exponential of (A, x; 0, 0), which has a row and a column more.
+/// φ₁(A) x as the last column of the exponential of the matrix (A, x; 0, 0).
 fn by_exponential<const N: usize, const MORE: usize>(
     rate: &SMatrix<f64, N, N>,
     x: &SVector<f64, N>,
@@ -60,7 +60,7 @@ where
     if let Some(mean) = by_series(rate, x) {
         return Some(mean);
     }
-    // A force of any size is as exact as one of size 1.
+    // Scaled, so that the precision does not depend on the size of x.
     let size = x.amax();
     if size == 0.0 {
         return Some(*x);
@@ -76,15 +76,15 @@ where
     mean.iter().all(|x| x.is_finite()).then_some(mean)
 }
 
-/// The rate of growth of a matrix that is that times the identity.
+/// The rate of growth if the matrix is this rate times the identity.
 fn isotropic(rate: &Matrix3<f64>) -> Option<f64> {
     let growth = rate[(0, 0)];
     let is_it = *rate == Matrix3::from_diagonal_element(growth);
     (is_it && growth.is_finite()).then_some(growth)
 }
 
-/// The rates of growth and of turning of a matrix that does nothing else, to rounding: a drag that
-/// is alike in all directions, and a magnetic force.
+/// The rates of growth and of turning of a matrix that is, to rounding, the sum of a multiple of the identity and an
+/// antisymmetric matrix: an isotropic drag and a magnetic force.
 fn spiral(rate: &Matrix3<f64>) -> Option<(f64, Vector3<f64>)> {
     let size = rate.amax();
     if !size.is_finite() {
@@ -100,7 +100,7 @@ fn spiral(rate: &Matrix3<f64>) -> Option<(f64, Vector3<f64>)> {
     (stretch.amax() <= 4.0 * f64::EPSILON * size).then_some((growth, turn * 0.5))
 }
 
-/// The same for such a matrix: across the axis of turning it is a complex number z = k + iω.
+/// φ₁(A) x for such a matrix, which across the axis of turning acts as a complex number z = k + iω.
 fn spiral_mean(growth: f64, turn: Vector3<f64>, x: Vector3<f64>) -> Vector3<f64> {
     let rate = turn.norm();
     if rate == 0.0 {
@@ -125,13 +125,13 @@ fn spiral_mean(growth: f64, turn: Vector3<f64>, x: Vector3<f64>) -> Vector3<f64>
     along * phi1(growth) + across * real + axis.cross(&across) * imaginary
 }
 
-/// The rates across an axis and along it of a matrix a + b u uᵀ, and that axis u, to rounding: of a drag
-/// that grows with the speed, which is stronger along the motion.
+/// The rates across an axis and along it, and the axis u, of a matrix that is a + b u uᵀ to rounding: a drag that grows
+/// with the speed is stronger along the motion.
 fn stretch(rate: &Matrix3<f64>) -> Option<(f64, f64, Vector3<f64>)> {
     let size = rate.amax();
     let scaled = rate / size;
     let mean = scaled.trace() / 3.0;
-    // The eigenvalues of what is left are 2b/3, −b/3, −b/3.
+    // Its eigenvalues are 2b/3, −b/3, −b/3.
     let deviator = scaled - Matrix3::identity() * mean;
     let third = (deviator.norm_squared() / 6.0)
         .sqrt()
@@ -150,7 +150,7 @@ mod tests {
     use super::*;
     use crate::rigid::cross_matrix;
 
-    /// By sums of exponentials over many parts.
+    /// φ₁(A) x by the midpoint rule in many parts.
     fn summed(rate: &Matrix3<f64>, x: Vector3<f64>) -> Vector3<f64> {
         let parts = 4000;
         let steps = (0..parts).map(|part| {
@@ -161,7 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn it_is_the_mean_of_the_exponential() {
+    fn phi1_is_the_mean_of_the_exponential() {
         let x = Vector3::new(0.3, -1.2, 0.7);
         let turn = cross_matrix(crate::math::DVec3::new(0.4, 2.0, -1.1));
         let drag = Matrix3::identity() * -1.7;
@@ -194,7 +194,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_finite_or_too_large_ends() {
+    fn rates_that_are_not_finite_or_too_large_give_none() {
         let x = Vector3::new(0.3, -1.2, 0.7);
         for rate in [1e27, 1e29, 1e100, 1e300, f64::INFINITY, f64::NAN] {
             let uneven = Matrix3::from_diagonal(&Vector3::new(-3.0, -1.0, 0.0)) * rate;
@@ -209,7 +209,7 @@ mod tests {
                 assert!((six.fixed_rows::<3>(0) - x).norm() < 1e-12, "{six}");
                 assert!((six.fixed_rows::<3>(3) - three).norm() < 1e-12, "{six}");
             }
-            // Such growth is not finite.
+            // The growth at these rates is not finite.
             assert_eq!(mean3(&-uneven, x), None, "{rate}");
         }
         let nowhere = Vector6::repeat(f64::NAN);
@@ -231,7 +231,7 @@ mod tests {
     }
 
     #[test]
-    fn drag_of_any_strength_stops_and_never_turns_back() {
+    fn drag_of_any_strength_slows_and_never_reverses() {
         let x = Vector3::new(0.3, -1.2, 0.7);
         for rate in [1e-300, 1e-12, 1.0, 30.0, 1e6, 1e300] {
             let drag = Matrix3::identity() * -rate;

@@ -63,8 +63,7 @@ pub enum FaultPolicy {
     Refuse,
 }
 
-/// Computes what remains of the wrenches on the bodies of a fault, in their order, without contributions that are not
-/// finite.
+/// Computes the wrenches on the bodies of a fault, in their order, without contributions that are not finite.
 pub(crate) type Sift<'a> = &'a dyn Fn(&Fault) -> Vec<Wrench>;
 
 /// Wrenches or speeds that cannot be given to Rapier.
@@ -104,7 +103,7 @@ enum Carrier {
 }
 
 impl Carrier {
-    /// `None` for the world, whose frame is known.
+    /// `None` for the world, whose frame needs no lookup.
     fn of(anchor: &Anchor) -> Option<Self> {
         match anchor {
             Anchor::World { .. } => None,
@@ -138,7 +137,7 @@ impl Frames for KnownFrames {
 }
 
 impl Fault {
-    /// The fault of the wrenches that are infinite or NaN; `None` if there are none.
+    /// The fault of all wrenches that are infinite or NaN; `None` if all wrenches are finite.
     pub(crate) fn of_wrenches(
         wrenches: &[Wrench],
         scene: &SampledWorld<'_, impl Frames>,

@@ -1,9 +1,9 @@
 //! The motion of a free body apart from fields: Rapier's gravity, the user's force and damping.
 //!
 //! Rapier spreads its acceleration a over the n iterations of a step, and damps at its end; both are
-//! of first order. So the half kicks of a body that fields push hold all of it, and Rapier's own
-//! part is taken off beforehand: a body that is to move at v is given v − (n + 1)/2n · a dt, and
-//! arrives at v + (n − 1)/2n · a dt, damped.
+//! of first order. So the half kicks of a body in fields include all of it, and Rapier's own part is
+//! subtracted beforehand: a body that is to move at v is given v − (n + 1)/2n · a dt, and arrives at
+//! v + (n − 1)/2n · a dt, damped.
 
 use super::StepContext;
 use super::coupling::Besides;
@@ -21,12 +21,12 @@ pub(crate) struct FreeMotion {
     /// Rapier's own acceleration: by gravity and the user's force.
     pub(super) own: Vector,
     damping: [Real; 2],
-    /// The part of a step that is one iteration.
+    /// One solver iteration, as a share of the step.
     pub(super) iteration: Real,
     dt: Real,
 }
 
-/// The same causes for the linear velocities of several bodies, in columns.
+/// [`FreeMotion`] of several bodies, for their linear velocities only, in columns.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FreeMotions {
     own: [[Real; LANES]; 3],
@@ -40,7 +40,7 @@ impl<W: Lookup> StepContext<'_, W> {
 }
 
 impl FreeMotion {
-    /// No cause but fields.
+    /// Only fields move the body.
     pub(crate) const NONE: FreeMotion = FreeMotion {
         own: Vector::ZERO,
         damping: [0.0; 2],
@@ -58,7 +58,7 @@ impl FreeMotion {
         }
     }
 
-    /// The same for a body in Rapier's set.
+    /// [`Self::new`] for a body in Rapier's set.
     #[inline]
     pub(crate) fn of(body: &RigidBody, gravity: Vector, iterations: u32, dt: Real) -> Self {
         let weight = gravity * (body.gravity_scale() * body.mass());
@@ -71,7 +71,7 @@ impl FreeMotion {
         }
     }
 
-    /// The same without damping.
+    /// These causes without damping.
     pub(crate) fn undamped(self) -> Self {
         FreeMotion {
             damping: [0.0; 2],
@@ -79,7 +79,7 @@ impl FreeMotion {
         }
     }
 
-    /// Returns true if nothing but fields moves the body.
+    /// Returns true if only fields move the body.
     pub(crate) fn is_none(&self) -> bool {
         self.own == Vector::ZERO && self.damping == [0.0; 2]
     }
@@ -99,7 +99,7 @@ impl FreeMotion {
         }
     }
 
-    /// The same, with the change of the angular momentum.
+    /// [`Self::kicked`], and the change of the angular momentum.
     pub(crate) fn along(
         &self,
         body: &Body,
@@ -114,7 +114,7 @@ impl FreeMotion {
         (self.kicked(body, wrench, duration), twist)
     }
 
-    /// The factor of the angular velocity of a ball that only damping acts on for `duration`.
+    /// The factor by which damping alone changes the angular velocity of a ball over `duration`.
     pub(crate) fn spin_kept(&self, duration: Real) -> Real {
         let rate = -self.damping[1] * duration;
         if rate == 0.0 {
@@ -128,7 +128,7 @@ impl FreeMotion {
         linvel - self.own * (0.5 * self.dt * (1.0 + self.iteration))
     }
 
-    /// The motion of a body that moves at `linvel`, and is given another velocity for it; damping acts on it afterwards.
+    /// The record of a body that moves at `linvel` because Rapier gets [`Self::given`]; damping acts afterwards.
     pub(crate) fn carried_out(&self, body: RigidBodyHandle, linvel: Vector) -> MeanVelocity {
         MeanVelocity {
             body,
@@ -140,14 +140,14 @@ impl FreeMotion {
         }
     }
 
-    /// The velocity at which a body moves that was `given` this velocity.
+    /// The velocity at which a body moves if Rapier was `given` this one.
     fn moves(&self, given: Vector) -> Vector {
         given + self.own * (0.5 * self.dt * (1.0 + self.iteration))
     }
 
     /// The part of the second half of a kick that a contact would have taken back if it had been there earlier; `given`
-    /// is the velocity that Rapier was given. Without this, a body that floats just above the ground would be thrown up
-    /// by its buoyancy when it touches it.
+    /// is the velocity that Rapier was given. Without this, buoyancy would throw up a body that floats just above the
+    /// ground and touches it.
     pub(super) fn taken_back(
         &self,
         body: &Body,
@@ -170,7 +170,7 @@ impl FreeMotion {
         given + self.own * self.dt
     }
 
-    /// The same causes, for a kick that is solved for.
+    /// These causes, for a kick that is solved for.
     pub(super) fn besides(&self, body: &Body) -> Besides {
         let momentum = match self.damping {
             [0.0, 0.0] => Vector6::zeros(),
@@ -207,13 +207,13 @@ impl FreeMotion {
     }
 }
 
-/// The part of a step that one of these iterations takes.
+/// One of these iterations, as a share of the step.
 fn one_of(iterations: u32) -> Real {
     (iterations.max(1) as Real).recip()
 }
 
 impl FreeMotions {
-    /// The causes that move several bodies; none for those for which `acts` is false.
+    /// The causes that move several bodies; [`FreeMotion::NONE`] for those for which `acts` is false.
     #[inline(always)]
     pub(crate) fn new(each: &[FreeMotion; LANES], acts: impl Fn(usize) -> bool) -> Self {
         let of = |lane: usize| {
@@ -252,8 +252,8 @@ impl FreeMotions {
         })
     }
 
-    /// The same for forces at the centres of mass that may depend on velocities. It is exact where a force is linear in
-    /// the velocity: a drag of any strength stops a body without turning it back. Where a force depends on the
+    /// [`Self::kicked`] for forces at the centres of mass that may depend on velocities. It is exact where a force is
+    /// linear in the velocity: a drag of any strength stops a body without reversing it. Where a force depends on the
     /// velocity, `inv_masses` must be the same along all axes.
     #[inline(always)]
     pub(crate) fn slowed(

@@ -11,7 +11,7 @@ use super::{Integrator, StepContext};
 use crate::math::Real;
 use crate::rigid::{Body, Lookup, Wrench};
 
-/// The error of a speed after a hit within a step from which on schemes without a tolerance warn.
+/// Schemes without a tolerance warn if a hit within a step leaves a larger relative error of the speed.
 const HIT: f64 = 0.01;
 
 /// Returns whether a wrench acts on a body, and whether the body is to be woken or kept from falling asleep.
@@ -54,8 +54,8 @@ impl Integrator {
         Ok(())
     }
 
-    /// Computes the action on each body, and collects the bodies to be moved within the step. `begun` is the first half
-    /// in the second one.
+    /// Computes the action on each body, and collects the bodies to be moved within the step. `begun` is set in the
+    /// second half: the results of the first.
     fn kick(
         &mut self,
         context: &StepContext<'_, impl Lookup>,
@@ -125,7 +125,7 @@ impl Integrator {
                 }
             }
             let Ok(Some((update, twist))) = done else {
-                // Without fields it is too fast as well: nothing of it is kept.
+                // The body is too fast without fields as well, so none of its motion is kept.
                 if done.is_err() {
                     drop(motions);
                 }

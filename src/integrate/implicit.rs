@@ -1,16 +1,16 @@
-//! Linearly implicit kicks, which solve for the velocities at their end.
+//! Linearly implicit kicks, which solve for the velocities at the end of the kick.
 
 use super::jacobian::Jacobian;
 use crate::rapier::na::{Matrix6, Vector6};
 use crate::rigid::{Mobility, eigen};
 
-/// The change of velocities over `duration`, linearly implicit in place and velocity: see
+/// The change of velocities over `duration`, linearly implicit in position and velocity: see
 /// [`Scheme::LinearlyImplicit`](crate::Scheme::LinearlyImplicit).
 ///
-/// In coordinates that have the mass for their metric: with P P = M⁻¹ and Δu = P z, (1 − dt D − ½ dt S − dt² K) z = dt
-/// P W + dt² K P⁻¹ u. Here K is the restoring part of P ∂F/∂x P, D the damping part of P ∂F/∂v P, and S its
-/// antisymmetric part, which turns velocities and is taken at the middle of the kick, so that lengths are kept. K and D
-/// have no positive eigenvalues, so the matrix cannot be singular.
+/// In mass-weighted coordinates, with P P = M⁻¹ and Δu = P z: (1 − dt D − ½ dt S − dt² K) z = dt P W + dt² K P⁻¹ u.
+/// Here K is the restoring part of P ∂F/∂x P, D the damping part of P ∂F/∂v P, and S its antisymmetric part, which
+/// turns velocities and is taken at the middle of the kick, so that lengths are kept. K and D have no positive
+/// eigenvalues, so the matrix cannot be singular.
 pub(super) fn implicit_change(
     mobility: &Mobility,
     jacobian: &Jacobian,
@@ -30,7 +30,7 @@ pub(super) fn implicit_change(
     Some(root * solution).filter(|change| change.iter().all(|x| x.is_finite()))
 }
 
-/// The part of the symmetric part with negative eigenvalues; `None` if it is not finite.
+/// The symmetric part of a matrix with its positive eigenvalues set to zero; `None` if it is not finite.
 fn negative_part(matrix: &Matrix6<f64>) -> Option<Matrix6<f64>> {
     let eigen = eigen((matrix + matrix.transpose()) * 0.5)?;
     let negative = Matrix6::from_diagonal(&eigen.eigenvalues.map(|value| value.min(0.0)));

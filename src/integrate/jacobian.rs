@@ -13,10 +13,10 @@ use crate::rigid::{cross_matrix, six};
 pub(crate) struct Jacobian {
     /// The wrench itself.
     pub wrench: Vector6<f64>,
-    /// By [translation of the centre of mass; small rotation about it], world axes, at constant
+    /// The derivative by [translation of the centre of mass; small rotation about it], in world axes, at constant
     /// velocities.
     pub by_motion: Matrix6<f64>,
-    /// By [linear velocity; angular velocity], world axes.
+    /// The derivative by [linear velocity; angular velocity], in world axes.
     pub by_velocity: Matrix6<f64>,
 }
 
@@ -28,7 +28,7 @@ impl Jacobian {
 }
 
 /// The Jacobian of the wrench on one body in the world for which the lineariser was prepared, with the bodies that
-/// carry fields at rest. Of terms that read velocities it has the derivatives by velocity only.
+/// carry fields at rest. If `terms` are those that read velocities, only the derivatives by velocity are computed.
 ///
 /// A sample at arm a moves by dx + dθ × a, and its velocity w × a changes as a turns; the torque a × F also changes by
 /// dθ × a × F.

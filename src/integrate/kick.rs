@@ -19,7 +19,7 @@ use crate::rigid::{
 /// the square of the speed, the slope alone would be off by a quarter of the share's square, 2.5e-3.
 const OUTDATED: f64 = 0.1;
 
-/// The error of a body whose speed, given here, would be beyond the limit.
+/// The error that the speed of a body, given here, would be beyond the limit.
 pub(super) struct Faster(pub(super) Real);
 
 /// New velocities of a body, and the angular impulse that is part of them.
@@ -40,7 +40,7 @@ pub(super) struct Kick<'a, W> {
 }
 
 impl<W: Lookup> Kick<'_, W> {
-    /// The same without fields.
+    /// This kick without fields.
     pub(super) fn unfelt(&self) -> Self {
         Kick {
             wrench: Wrench::ZERO,
@@ -193,7 +193,7 @@ impl<W: Lookup> Kick<'_, W> {
         loads && self.context.is_held(self.body)
     }
 
-    /// The load for a body that is held, or that is pushed by forces.
+    /// The load for a body that is held, or that is moved by Rapier's forces.
     fn load(&self, method: Method, motions: &mut Motions) -> Wrench {
         let (context, body, dt) = (self.context, self.body, self.context.dt);
         // Gravity acts besides the load, and so do the contacts and joints that hold the body.
@@ -241,7 +241,7 @@ impl<W: Lookup> Kick<'_, W> {
         (kicked(self.body, wrench, duration), twist)
     }
 
-    /// The derivative of its force by its velocities, if fields that read them act on it.
+    /// The wrench on the body linearised in its velocities, if fields that read velocities act on it.
     fn coupling(&self) -> Option<&LinearisedWrench> {
         let coupling = self.evaluation.couplings.get(self.place)?.as_ref();
         coupling.filter(|_| self.felt)

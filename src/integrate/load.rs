@@ -1,9 +1,9 @@
 //! Loads: forces on bodies that Rapier's solver holds, by contacts or joints.
 //!
-//! An impulse before Rapier's step acts whole in the first of its iterations, and leaves a contact unloaded in the
-//! others, so that bodies held by friction creep. So these forces are applied like gravity in Rapier, spread over the
+//! An impulse before Rapier's step acts entirely in the first of its iterations, and leaves a contact unloaded in the
+//! others, so bodies held by friction creep. So these forces are applied like gravity in Rapier, spread over the
 //! iterations. The map stays that of kick-drift-kick if the velocity that Rapier works with lags behind the true one by
-//! half an iteration of the force. That velocity is the one that users see, since it is zero for a resting body.
+//! half an iteration of the force. Rapier's velocity is the one shown to users, since it is zero for a resting body.
 
 use super::StepContext;
 use super::free_motion::FreeMotion;
@@ -28,8 +28,8 @@ pub(super) fn lag(context: &StepContext<'_, impl Lookup>, body: &Body) -> Option
         .then_some(if reads { 0.0 } else { half })
 }
 
-/// The time by which the velocity of a body that no field acts on lags under Rapier's own pull, because its motion is
-/// Rapier's. `None` if a field acts on it, or any field reads velocities.
+/// The time by which the velocity of a body on which no field acts lags under Rapier's own pull, because Rapier moves
+/// it. `None` if a field acts on it, or any field reads velocities.
 pub(super) fn own_lag(
     context: &StepContext<'_, impl Lookup>,
     body: &Body,
@@ -66,8 +66,8 @@ pub(crate) struct Before {
     pub given: Option<Vector>,
 }
 
-/// The second half of a kick. A body that is held then, or that no field pushes any more, shows the velocity that
-/// Rapier works with, any other the true one. `None` if nothing changes.
+/// The second half of a kick. A body that is held then, or on which no field acts any more, gets the velocity that
+/// Rapier works with, any other body the true one. `None` if nothing changes.
 pub(crate) fn complete(
     body: &Body,
     motion: &FreeMotion,
@@ -94,7 +94,7 @@ pub(crate) fn complete(
 }
 
 impl FreeMotion {
-    /// The wrench for the second half of a step, on a body with that load in the first: the wrench after Rapier's step,
+    /// The wrench for the second half of a step, on a body with `load` in the first: the wrench after Rapier's step,
     /// without the part by which the shown velocity of a held body lags.
     pub(super) fn second(&self, wrench: Wrench, load: Option<Wrench>, held: bool) -> Wrench {
         if held && load == Some(wrench) {

@@ -141,7 +141,7 @@ fn correct(
     if load.is_some() {
         let (force, torque) = (from_dvec3(force), from_dvec3(torque));
         let arrives = (update.linvel + from_dvec3(own * step)).length();
-        // For a velocity that is limited from the beginning, the update gives the warning.
+        // If Rapier caps the given velocity already, the warning comes from the update.
         let capped = update.linvel.length() > context.rules.max_speed;
         let load = Load {
             body: state.body,
@@ -156,7 +156,7 @@ fn correct(
     let speed = update.linvel.length().max(update.angvel.length()).max(ends);
     let update_is_nan = update.linvel.is_nan() || update.angvel.is_nan();
     motions.updates.push(update);
-    // `max` passes over NaN.
+    // `max` ignores NaN.
     if update_is_nan || !adds_up {
         Real::NAN
     } else {

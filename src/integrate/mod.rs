@@ -68,14 +68,14 @@ pub(crate) struct Integrator {
     slowings: BodySlowings,
     scout: scout::Scout,
     substeps: substeps::SubstepIntegrator,
-    /// Bodies that take the same plan, and are moved together.
+    /// A buffer: bodies of the same plan, which are moved together.
     alike: Vec<motion::Start>,
-    /// The new velocities of the other bodies meanwhile.
+    /// A buffer: the new velocities of the other bodies.
     others: Vec<VelocityUpdate>,
     motions: predicted::PredictedMotions,
     candidates: Vec<usize>,
-    /// The body with the highest frequency along its path within the step, and the square of that, if it is too high
-    /// for a scheme that does not choose.
+    /// The body with the highest frequency along its path within the step, and the square of this frequency, if it is
+    /// too high for a scheme that does not choose.
     fastest: Option<(RigidBodyHandle, f64)>,
     /// The largest error with which a scheme that chooses has moved bodies in the step.
     pub(crate) reached: f64,

@@ -37,7 +37,7 @@ impl Integrator {
         }
         self.couple(context, evaluation);
         let scheme = context.rules.scheme;
-        // An edit of fields alone shows in the next step.
+        // After an edit of fields alone, the next step shows the stiffness.
         let joined = all && last.bodies != evaluation.bodies;
         if scheme == Scheme::LinearlyImplicit {
             self.candidates.clear();
@@ -72,7 +72,7 @@ impl Integrator {
         Self::couple_candidates(evaluation);
     }
 
-    /// After the evaluation that follows Rapier's step: the same, by the change of the wrenches since the last
+    /// [`Self::predict`] for the evaluation after Rapier's step: by the change of the wrenches since the last
     /// evaluation, and by the results of the first half of the step.
     pub(crate) fn update(
         &mut self,
@@ -122,7 +122,7 @@ impl Integrator {
         Self::couple_candidates(evaluation);
     }
 
-    /// Linearises bodies again whose velocities were changed since.
+    /// Linearises bodies whose velocities were changed since the evaluation.
     pub(crate) fn look_again(
         &mut self,
         context: &StepContext<'_, impl Lookup>,
@@ -250,7 +250,7 @@ impl Integrator {
                         balance: *balance,
                     }
                 }
-                // It stood still, and is treated as before.
+                // The body stood still, and is treated as before.
                 (None, Some(treatment @ Treatment::Resolve { .. })) => treatment,
                 _ => continue,
             };

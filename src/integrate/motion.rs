@@ -1,4 +1,4 @@
-//! The motions of bodies in one half of a step, passed from INTEGRATE to BRIDGE.
+//! The motions of bodies in one half of a step, which the bridge writes.
 
 use super::StepContext;
 use super::balance::EnergyBalance;
@@ -55,7 +55,7 @@ pub(crate) struct BodyCompletion {
 pub(crate) enum Completion {
     /// It gets no second half of a kick.
     Settled,
-    /// It is loaded with the mean of a force that reads velocities, and gets only the effect of the change of that force.
+    /// It is loaded with the mean of a force that reads velocities, and gets only the effect of that force's change.
     Sloped,
     /// Its second half is completed with [`FreeMotion`](super::FreeMotion).
     Free,
@@ -85,15 +85,15 @@ pub(super) struct Start {
     pub place: usize,
     pub plan: StepPlan,
     pub wake: bool,
-    /// The square of the highest frequency that a coarser plan has shown, and the drift of that plan.
+    /// The square of the highest frequency that the last plan has shown, and its [length](StepPlan::length).
     shown: Option<(f64, f64)>,
-    /// The number of times in a row that finer drifts have shown a frequency larger in proportion.
+    /// The number of refinements in a row in which that square has grown as the inverse of the length.
     grew: u32,
     /// The finest plan, if it did not meet the tolerance, and the square of the speed with which it ended.
     fallback: Option<(StepPlan, f64)>,
-    /// The balance before this step,
+    /// The balance before this step.
     pub balance: EnergyBalance,
-    /// and over it, by its plan, where that is known.
+    /// The balance over this step, by its plan; `None` if it is not known.
     pub gained: Option<EnergyBalance>,
 }
 
@@ -114,8 +114,8 @@ impl Start {
         }
     }
 
-    /// After plans that did not meet the tolerance, takes the one that ends with the smaller `speed2`, the square of a
-    /// speed: the finest, or the whole step, which is the scheme that others are compared with.
+    /// If no plan meets the tolerance: tries the whole step, the plain scheme, and then takes it or the finest plan,
+    /// whichever ends with the smaller `speed2`, the square of a speed.
     pub fn give_up(&mut self, speed2: f64) {
         match self.fallback {
             None => {
@@ -136,7 +136,7 @@ impl Start {
         let now = (pace.omega2, self.plan.length());
         if let Some((was, drift)) = self.shown.replace(now) {
             let growth = now.0 / was / (drift / now.1);
-            // A singular force grows faster, a steep one stays.
+            // The secant of a singular force grows faster; that of a steep one stays.
             let jumps = (0.7..1.5).contains(&growth);
             self.grew = if jumps { self.grew + 1 } else { 0 };
         }
@@ -281,7 +281,7 @@ impl Motions {
         Some(self.completions[place].completion)
     }
 
-    /// [`Self::completion`] for callers that ask in the order of handles: `at` is the place that their walk has reached.
+    /// [`Self::completion`] for calls in the order of handles; `at` is the position in the list, zero at first.
     pub(crate) fn next_completion(
         &self,
         at: &mut usize,
@@ -290,7 +290,7 @@ impl Motions {
         find_next(&self.completions, at, body, |it| it.body).map(|it| it.completion)
     }
 
-    /// Removes the motion of the last body, if that was added; what completes it stays.
+    /// Removes the motion of `body` if it is the last one added, but not its completion.
     pub(super) fn drop_last(&mut self, body: RigidBodyHandle) {
         self.updates.pop_if(|it| it.body == body);
         self.turns.pop_if(|it| it.body == body);
@@ -400,8 +400,8 @@ impl Load {
         }
     }
 
-    /// Returns true if it is finite together with the user's force and gravity, which Rapier adds up before it applies
-    /// them.
+    /// Returns true if the load is finite together with the user's force and gravity, to which Rapier adds it before
+    /// applying the sum.
     pub(super) fn adds_up(&self, body: &Body, gravity: Vector) -> bool {
         let weight = gravity * (body.gravity_scale * body.mass);
         let force = self.wrench.force + body.user_force + weight;
@@ -409,13 +409,13 @@ impl Load {
         force.is_finite() && torque.is_finite()
     }
 
-    /// Returns true if Rapier can take it.
+    /// Returns true if Rapier can apply the load without an overflow.
     pub(crate) fn is_bearable(&self, body: &Body, gravity: Vector) -> bool {
         let slow = |speed: Real| speed <= FASTEST;
         self.speeds.into_iter().all(slow) && self.adds_up(body, gravity)
     }
 
-    /// The wrench that takes a body's velocities to those of `update` within a step.
+    /// The wrench that changes a body's velocities to those of `update` within a step.
     pub(super) fn making(body: &Body, update: &VelocityUpdate, dt: Real) -> Wrench {
         let attitude = to_dquat(body.pose.rotation);
         let turn = to_dvec3(update.angvel - body.angvel);

@@ -4,12 +4,12 @@ use super::balance::Work;
 use crate::math::{DQuat, DVec3, Real, to_f64};
 use crate::rigid::{RigidState, Wrench, of_wrench, pair};
 
-/// Of bodies that act on each other, one that moves by less than this share of the largest motion is no measure by
-/// itself, because its acceleration changes as the others move.
+/// Among bodies that act on each other, a motion counts as at least this share of the largest one, because the
+/// acceleration of a body that hardly moves changes as the others move.
 const STILL: f64 = 0.3;
 
-/// Changes of fewer roundings than this do not show stiffness: a plan that changes with rounding gains or loses energy
-/// each time.
+/// Changes of less than this many rounding errors do not count as stiffness: each change of a plan gains or loses
+/// energy, so plans must not change by rounding.
 const CERTAIN: f64 = 64.0;
 
 /// The stiffness that a path has shown.
@@ -24,7 +24,7 @@ pub(crate) struct Pace {
 }
 
 impl Pace {
-    /// Returns true if a path can have shown it. Infinite values are allowed: they are as stiff as possible.
+    /// Returns true if a path can have shown this pace. Infinite values are valid.
     pub(super) fn is_sound(self) -> bool {
         self.omega2 >= 0.0 && self.jump >= 0.0
     }
@@ -36,11 +36,11 @@ pub(super) struct Track {
     pub pace: Pace,
     last: Option<PathPoint>,
     omega2: Option<f64>,
-    /// The largest square of a frequency that two consecutive pieces or a Jacobian have shown, so that it is no edge.
+    /// The largest square of a frequency that two consecutive pieces or a Jacobian have shown, and not an edge alone.
     pub sustained: f64,
     /// The last piece of the path.
     piece: PathSegment,
-    /// True if the last look beside the path has shown more than was asked for.
+    /// True if the last [`Track::look_aside`] found more than its limit.
     pub is_stiff_aside: bool,
     /// The work that was done along the path.
     pub work: Work,
@@ -63,8 +63,8 @@ struct PathSegment {
 }
 
 /// Records the present states of bodies and the wrenches on them. Returns the square of the highest frequency that the
-/// last piece of their paths shows. `coupled` if they act on each other. `time` is that since the
-/// start, if the work along the paths is wanted.
+/// last piece of their paths shows. `coupled` if they act on each other. `time` is the time since the start of the
+/// path, if the work along the path is wanted.
 pub(super) fn track_all<'a>(
     tracks: &mut [Track],
     passing: impl Iterator<Item = (&'a RigidState, &'a Wrench)>,
@@ -116,11 +116,11 @@ impl Track {
         self.last = Some(mark);
     }
 
-    /// Records the square of the frequency between the path and a place beside it, if it is more than `most`.
+    /// Records the square of the frequency between the path and a pose beside it, if it is more than `most`.
     pub(super) fn look_aside(&mut self, aside: &RigidState, wrench: Wrench, most: f64) {
         let piece = |last| piece(last, &PathPoint::of(aside, wrench), radius2(aside));
         let omega2 = self.last.as_ref().map(piece).map(|it| it.change / it.way);
-        // Without NaN, where nothing changes over no distance.
+        // False for NaN, if neither the acceleration nor the pose changes.
         let found = omega2.filter(|omega2| *omega2 > most);
         self.is_stiff_aside = found.is_some();
         self.pace.omega2 = found.map_or(self.pace.omega2, |it| it.max(self.pace.omega2));
@@ -158,7 +158,7 @@ impl PathPoint {
     }
 }
 
-/// The square of the radius of gyration, which makes lengths of angles.
+/// The square of the radius of gyration, which turns angles into lengths.
 fn radius2(state: &RigidState) -> f64 {
     let mobility = state.mobility();
     let trace = mobility.inv_inertia.trace();

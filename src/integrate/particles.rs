@@ -2,7 +2,7 @@
 //!
 //! A force that reads no velocities is an impulse before Rapier's step and another after it. One that does is a load:
 //! its mean along the free path of the particle under it, gravity, the user's force and damping, applied where Rapier
-//! applies gravity. So drag sees the velocity that gravity makes, whatever number of iterations Rapier divides its step
+//! applies gravity. So drag acts on the velocity due to gravity, whatever number of iterations Rapier divides its step
 //! into.
 
 use super::coupling::{Besides, LinearisedWrench, Slope};
@@ -17,7 +17,7 @@ use crate::rigid::{Mobility, Wrench, of_wrench, pair, phi1, six};
 /// A particle when a half of a step begins.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ParticleState {
-    /// Zero for a particle that nothing moves.
+    /// Zero for a particle that cannot move.
     pub inv_mass: Real,
     pub velocity: Vector,
     /// Gravity and the user's force.
@@ -41,7 +41,7 @@ impl ParticleMotion {
         matches!(self, ParticleMotion::Kick(change) if *change == Vector::ZERO)
     }
 
-    /// The speed that it gives a particle.
+    /// The speed of a particle after this motion.
     pub(crate) fn speed(&self, state: &ParticleState) -> Real {
         match self {
             ParticleMotion::Kick(change) => (state.velocity + *change).length(),
@@ -76,7 +76,7 @@ impl Durations {
 #[derive(Default)]
 pub(crate) struct Particles {
     lineariser: Lineariser,
-    /// By place; empty if no field reads velocities.
+    /// The linearised force on each particle; empty if no field reads velocities.
     pub couplings: Vec<Option<LinearisedWrench>>,
 }
 
@@ -137,8 +137,8 @@ impl Particles {
         ))
     }
 
-    /// Its motion after Rapier's step; `was` is the coupling with which it was loaded. The load had the force at the
-    /// step's start for the whole step, so half of its change with place and time remains.
+    /// The motion of a particle after Rapier's step; `was` is the coupling with which it was loaded. The load had the
+    /// force at the step's start for the whole step, so half of its change with position and time remains.
     pub(crate) fn second(
         &self,
         place: usize,
@@ -172,8 +172,8 @@ impl ParticleState {
         }
     }
 
-    /// The load with which Rapier arrives at the velocity to which the forces lead, with its damping at the end of the
-    /// step.
+    /// The load with which Rapier's step, with its damping at the end, arrives at the velocity to which the forces
+    /// lead.
     fn load(&self, coupling: &LinearisedWrench, dt: f64) -> Option<ParticleMotion> {
         let mass = to_f64(self.inv_mass).recip();
         let (velocity, own) = (to_dvec3(self.velocity), to_dvec3(self.own));

@@ -2,29 +2,27 @@
 
 use super::pace::Pace;
 
-/// The evaluations of a step of fourth order.
+/// The number of evaluations of a step of fourth order.
 const FORWARD_STAGES: u32 = 3;
 
-/// The steps of Suzuki's composition.
+/// The number of steps of Suzuki's composition.
 pub(super) const SUZUKI_STAGES: u32 = 5;
 
-/// From this share of the tolerance on a body is linearised, because along its path it need not meet the stiffest
-/// direction.
+/// From this share of the tolerance on a body is linearised, because its path need not be in the stiffest direction.
 pub(super) const CAUTION: f64 = 0.25;
 
-/// dt times a rate of drag up to which a body does not follow the flow within a step, so that a field that changes
-/// along the path is not hidden by a drag that changes as much.
+/// Up to this dt times the rate of drag, a body does not adapt to the flow within a step, so a change of drag along the
+/// path cannot hide an equal change of another field.
 const SHOWS: f64 = 0.25;
 
 /// A plan aims at this share of the tolerance, because the next step may be a little stiffer.
 const MARGIN: f64 = 0.8;
 
-/// A plan that costs more evaluations than this is used at the start of the next step, without trying a whole step
-/// first.
+/// A plan that costs more evaluations than this is used in the next step at once, without trying a coarser one first.
 const DEAR: u32 = 256;
 
-/// The share of a vibration's energy by which it oscillates under steps of fourth order is this times (h·ω)⁴, for h·ω
-/// below [`FORWARD_LIMIT`]; measured.
+/// Under steps of fourth order the energy of a vibration oscillates by a share of this times (h·ω)⁴, for h·ω below
+/// [`FORWARD_LIMIT`]; measured.
 const FORWARD_ERROR: f64 = 0.00285;
 pub(super) const FORWARD_LIMIT: f64 = 1.5;
 
@@ -32,16 +30,16 @@ pub(super) const FORWARD_LIMIT: f64 = 1.5;
 /// length that pass near their anchor gain or lose energy between the points of their paths, where nothing shows it.
 const ROUGH: f64 = 2.25;
 
-/// A path is equally stiff if the square of the frequency changes by at most this share of it from one piece to the
+/// A path is evenly stiff if the square of the frequency changes by at most this share of it from one piece to the
 /// next.
 const EVEN: f64 = 0.5;
 
-/// Beyond this error a plan shows nothing: h·ω is 1, and it may explode.
+/// Beyond this error, at h·ω = 1, the result of a plan is of no use: the motion may diverge.
 pub(super) const HOPELESS: f64 = 0.25;
 
-/// The limit of halvings of a step: beyond it, a time is rounding.
+/// The limit of halvings of a step: beyond it, parts are shorter than the rounding of a time.
 pub(super) const MOST_HALVINGS: u32 = 48;
-/// The limit of parts of a step of unequal lengths, including the discarded ones.
+/// The limit of the number of parts of unequal lengths in a step, including the discarded ones.
 pub(super) const MOST_PARTS: u32 = 16384;
 
 /// The division of a step.
@@ -131,7 +129,7 @@ impl Choice {
         }
     }
 
-    /// Returns true if not even the finest plan is of use.
+    /// Returns true if even the finest plan exceeds [`HOPELESS`].
     pub(super) fn is_hopeless(self, pace: Pace, dt: f64) -> bool {
         // False for NaN.
         let hopeful = self.error(pace, self.plan(pace, dt), dt) <= HOPELESS;
@@ -143,8 +141,8 @@ impl Choice {
         self.error(pace, StepPlan::WHOLE, dt) <= CAUTION * self.tolerance
     }
 
-    /// The highest rate of drag or gyration that needs no linearisation: its own error is small, and the change of a
-    /// wrench along the path still shows the stiffness of the fields.
+    /// The highest rate of drag or gyration that needs no linearisation: the error that it causes is small, and the
+    /// change of a wrench along the path still shows the stiffness of the fields.
     pub(super) fn quiet_rate(self, dt: f64) -> f64 {
         (24.0 * CAUTION * self.tolerance).sqrt().min(SHOWS) / dt
     }
@@ -166,10 +164,10 @@ impl Choice {
         }
     }
 
-    /// The first plan to try for a body that had this stiffness before. It is the coarsest that shows the balance of
-    /// energy, as long as that is cheap: the plan then depends on the path only, and is the same backwards, so plans change
-    /// at the same places on the way to a centre and away from it, and the energy comes back. `looked_into` if Jacobians
-    /// show the stiffness, where forces read velocities.
+    /// The first plan to try for a body that had this stiffness before: the coarsest that yields an energy balance,
+    /// unless the plan for this stiffness is expensive. The plan used then depends on the path only, and is the same on
+    /// the reversed path: plans change at the same places on the way to a centre and away from it, so the errors of the
+    /// energy cancel. `looked_into` if Jacobians show the stiffness, because forces read velocities.
     pub(super) fn first(self, pace: Pace, dt: f64, looked_into: bool) -> StepPlan {
         let plan = self.plan(pace, dt);
         if plan.cost() > DEAR || looked_into {

@@ -15,11 +15,11 @@ pub(super) enum PredictedMotion {
     Coasts,
     /// It moves on with this velocity.
     CoastsAt { linvel: Vector, angvel: Vector },
-    /// It has the state of this number.
+    /// Its state is the one of this number.
     Moves(u32),
 }
 
-/// By the index of a body; bodies beyond the end coast.
+/// The predicted motions by the index of a body; bodies beyond the end coast.
 #[derive(Debug, Default)]
 pub(super) struct PredictedMotions(Vec<PredictedMotion>);
 
@@ -118,7 +118,7 @@ impl<W: Lookup> PredictedFrames<'_, W> {
         frame(com, turn * attitude, local_com, linvel, angvel)
     }
 
-    /// A position-based kinematic body on its way to its next position.
+    /// The frame of a position-based kinematic body on its way to its next position.
     fn led(&self, body: &RigidBody) -> Frame {
         let (here, there) = (body.position(), body.next_position());
         if self.dt == 0.0 || here == there {

@@ -1,8 +1,8 @@
 //! The accelerations of a loaded body besides its load, by gravity, contacts and joints, estimated from the last steps.
 //!
-//! A force that reads velocities acts on the velocities that a body has within a step, so it depends on what everything
-//! else does to them. For a free body that is known; for one that contacts or joints hold, only Rapier's solver knows
-//! it. A body at its terminal velocity, or at rest, shows it by the previous steps.
+//! A force that reads velocities depends on the velocities within a step, and so on all other accelerations. For a free
+//! body these are known; for one that contacts or joints hold, Rapier's solver computes them later. They are estimated
+//! from the previous steps, which is exact for a body at rest or at its terminal velocity.
 
 use super::coupling::Besides;
 use crate::math::{Real, RigidBodyHandle, Vector, to_dvec3};
@@ -21,7 +21,7 @@ struct Loaded {
     dt: Real,
     /// The velocities to which the load alone leads.
     loaded: [Vector; 2],
-    /// The accelerations by everything else, in the step before.
+    /// The accelerations by all other causes, in the step before.
     before: Option<[Vector; 2]>,
 }
 
@@ -57,7 +57,7 @@ impl Reactions {
         Some([0, 1].map(|part| common(now[part], before[part])))
     }
 
-    /// The same as a force and a torque.
+    /// [`Self::accelerations`] as a force and a torque.
     pub(super) fn on(&self, body: &Body) -> Option<Besides> {
         let [linear, angular] = self.accelerations(body)?;
         let inertia = body.inertia();
@@ -82,7 +82,7 @@ impl Reactions {
 }
 
 impl Loaded {
-    /// The accelerations by everything except the load, for a body that now has these velocities.
+    /// The accelerations by all causes except the load, for the body as it is now.
     fn accelerations(&self, now: &Body) -> [Vector; 2] {
         let now = [now.linvel, now.angvel];
         [0, 1].map(|part| (now[part] - self.loaded[part]) / self.dt)

@@ -1,7 +1,7 @@
 //! The repetition of a step that turned out too coarse.
 //!
 //! The stiffness of the fields that a body enters shows at the end of its step. A body that nothing else touched is
-//! then moved again, with a plan that is fine enough, and put where that leads.
+//! then moved again with a finer plan, and placed at the end of that path.
 
 use super::evaluation::Evaluation;
 use super::load::own_lag;
@@ -19,7 +19,7 @@ use crate::rigid::{Body, Lookup, RigidState, Turning, Wrench, to_dquat};
 pub(crate) struct Redone {
     pub place: usize,
     pub body: RigidBodyHandle,
-    /// The wrench on it there.
+    /// The wrench on the body at `pose`.
     wrench: Wrench,
     pub pose: Pose,
     pub linvel: Vector,
@@ -81,7 +81,7 @@ impl Integrator {
             redone.clear();
             found.clear();
         }
-        // The others stay where the step has brought them, with a warning.
+        // The others stay at the poses after the step, with a warning.
         let mut left = places.clone();
         left.retain(|place| redone.iter().all(|now| now.place != *place));
         for place in &left {

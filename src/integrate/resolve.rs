@@ -14,10 +14,10 @@ use super::{Integrator, StepContext};
 use crate::math::{RigidBodyHandle, to_f64};
 use crate::rigid::{Body, Lookup, Mobility, RigidState, Wrench};
 
-/// The start of bodies that are moved.
+/// The state of bodies at the start of the step in which they are moved.
 #[derive(Clone, Copy)]
 pub(super) struct Begins<'a> {
-    /// The evaluation at the start.
+    /// The evaluation at the start of the step.
     pub evaluation: &'a Evaluation,
     /// The new velocities of the other bodies.
     pub updates: &'a [VelocityUpdate],
@@ -29,7 +29,7 @@ pub(super) struct Begins<'a> {
 pub(super) struct Found<'a> {
     pub start: &'a Start,
     pub state: &'a RigidState,
-    /// The wrench on it at its end.
+    /// The wrench on the body at the end of its path.
     pub wrench: Wrench,
     /// Set under a scheme that chooses.
     pub resolved: Option<Resolved>,
@@ -57,14 +57,14 @@ impl Integrator {
             let plan = first.plan;
             alike.clear();
             if plan == StepPlan::UNEVEN && !coupled {
-                // Each by itself, because its parts depend on its own path.
+                // One body at a time, because its parts depend on its own path.
                 alike.push(starts.remove(0));
             } else {
                 alike.extend(starts.extract_if(.., |start| start.plan == plan));
             }
             let mut outcome = self.run(context, begins, &alike, plan, None, &mut substeps);
             if let Err(fault) = &outcome {
-                // Too coarse a plan may end where no field is finite.
+                // A plan that is too coarse may lead to a point where a field is not finite.
                 let may = choice.is_some() && uneven && plan != StepPlan::UNEVEN;
                 let bad = |it: &Start| coupled || fault.is_of(context.bodies[it.place].handle);
                 if may && !alike.iter().any(|it| bad(it) && it.has_given_up()) {
@@ -183,7 +183,7 @@ impl Integrator {
         substeps.integrate(setting, starts, wrenches)
     }
 
-    /// Sets the predicted motions of all bodies while some are moved.
+    /// Sets the predicted motions of all bodies: `updates` coast, `states` are moved.
     fn predict_motions(&mut self, updates: &[VelocityUpdate], states: &[RigidState]) {
         self.motions.clear();
         for update in updates {
@@ -198,7 +198,7 @@ impl Integrator {
     }
 }
 
-/// Finds the balances of bodies before a step and over it.
+/// Sets the balances of bodies before the step and over it.
 fn weigh(evaluation: &Evaluation, substeps: &mut SubstepIntegrator, starts: &mut [Start]) {
     let moved = substeps.states.iter().zip(&mut substeps.tracks);
     for (start, (state, track)) in starts.iter_mut().zip(moved) {
@@ -240,7 +240,7 @@ fn resolved(
     }
 }
 
-/// Gives finer plans to bodies that did not meet the tolerance, and to all if they are `coupled`. `uneven`: see
+/// Gives finer plans to bodies that did not meet the tolerance, and to all if they are `coupled`. For `uneven` see
 /// [`Choice::finer`].
 fn refine(
     choice: Choice,

@@ -23,29 +23,29 @@ use crate::math::{Real, to_f64};
 ///
 /// Contacts, joints, locked axes, dominance and continuous collision detection stay Rapier's under every
 /// scheme. `Substep`, `Forward4` and `Auto` compute the motion in the fields alone in smaller steps, give
-/// the body the mean velocity of that motion before Rapier's step, and after it the velocity at its end. If
-/// Rapier changes the velocity in the meantime, the result counts as the velocity of the middle of the step,
-/// and half a kick follows.
+/// the body the mean velocity of that motion before Rapier's step, and the velocity at the end of that motion
+/// after it. If Rapier changes the velocity in the meantime, the result counts as the velocity of the middle
+/// of the step, and half a kick follows.
 ///
 /// Bodies that Rapier's solver holds by contacts or joints are loaded as by gravity (not under `ExternalForce`,
 /// and under `Kick` only where forces read velocities): the force is spread over the iterations of Rapier's
 /// step, so that a body held by friction stays in place, and a resting body shows no velocity. The shown
 /// velocity lags behind that of `KickDriftKick` by half an iteration of the force; the map is the same.
 ///
-/// The kicks of a free body in fields include Rapier's gravity, the user's force and Rapier's damping, so the order holds
-/// with all of them on. `Kick`, `ExternalForce` and `LinearlyImplicit` leave damping to Rapier, and the first two, which
-/// serve for comparison, gravity and the user's force as well unless forces read velocities. The user's torque is
-/// always Rapier's, at first order. A body on which no field acts is moved by Rapier. The free
-/// rotation of bodies of unequal inertia, however, is this crate's, whether a field reaches them or not, wherever any
-/// field can rotate bodies (see [`Fields`](crate::Fields)). Without contact fields, balls, and bodies that do not spin,
-/// move as in Rapier bit for bit where no field acts.
+/// The kicks of a free body in fields include Rapier's gravity, the user's force and Rapier's damping, so the order
+/// holds with all of them on. `Kick`, `ExternalForce` and `LinearlyImplicit` leave damping to Rapier; the first two,
+/// which are for comparison, also leave gravity and the user's force to it, unless forces read velocities. The user's
+/// torque is always Rapier's, at first order. Rapier moves bodies on which no field acts; but wherever any field can
+/// rotate bodies (see [`Fields`](crate::Fields)), this crate computes the free rotation of bodies of unequal inertia,
+/// whether a field reaches them or not. Without contact fields, balls, and bodies that do not spin, move as in Rapier
+/// bit for bit where no field acts.
 ///
-/// Forces that read velocities: kicks follow their linear part exactly (with gravity and damping), so
-/// a drag of any strength stops a body without turning it back, a falling body reaches its terminal
-/// velocity, and a magnetic force turns a velocity without changing its length. `Forward4` makes Suzuki's composition of five
-/// kick-drift-kick steps instead of its own there (M. Suzuki, Phys. Lett. A 146 (1990) 319), with kicks by the implicit
-/// midpoint rule; in a step in which drag or damping stops any body (its rate times dt is more than 1) it makes five
-/// equal steps of second order.
+/// Forces that read velocities: kicks follow their linear part exactly (with gravity and damping), so a drag of any
+/// strength stops a body without reversing it, a falling body reaches its terminal velocity, and a magnetic force turns
+/// a velocity without changing its length. For such forces `Forward4` makes Suzuki's composition of five
+/// kick-drift-kick steps (M. Suzuki, Phys. Lett. A 146 (1990) 319), with kicks by the implicit midpoint rule; in a step
+/// in which drag or damping stops any body (its rate times dt is more than 1) it makes five equal steps of second
+/// order.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(
     feature = "serde-serialize",
@@ -56,8 +56,8 @@ use crate::math::{Real, to_f64};
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub enum Scheme {
     /// Half the impulse before Rapier's step, half of the next one after it (velocity Verlet).
-    /// One evaluation per step: the second half is the next step's first, unless something moved
-    /// in between. Free rotation is split off and done by this crate (see
+    /// One evaluation per step: that of the second half is also the next step's first, unless something
+    /// moved in between. Free rotation is split off and computed by this crate (see
     /// [`Fields`](crate::Fields)).
     #[default]
     KickDriftKick,
@@ -75,25 +75,25 @@ pub enum Scheme {
     ///
     /// Each body is solved for as if the carriers of the fields stood still: bodies that act on each other may gain
     /// energy, and a body that passes close to an attracting centre is thrown out at a coarse step.
-    /// [`StepWarning::Stiff`](crate::StepWarning::Stiff) warns before; [`Auto`](Scheme::Auto) is for those.
+    /// [`StepWarning::Stiff`](crate::StepWarning::Stiff) warns before; use [`Auto`](Scheme::Auto) for such bodies.
     LinearlyImplicit,
-    /// A step of fourth order, without a step back in time where no force reads velocities: kicks of a sixth, two thirds
-    /// and a sixth of the step, with drifts of half a step between them. The middle wrench is taken at poses that are
-    /// shifted by h²/24 times the accelerations, linear and angular (S. A. Chin, Phys. Lett. A 226 (1997) 344). All
-    /// bodies pass through its stages together, so that fields of bodies on bodies are of fourth order, too; damping is
-    /// part of the drifts. Not for fields with jumps. See [`Scheme`] for forces that read velocities.
+    /// A step of fourth order, without a step back in time where no force reads velocities: kicks of a sixth, two
+    /// thirds and a sixth of the step, with drifts of half a step between them. The middle wrench is taken at poses
+    /// that are shifted by h²/24 times the accelerations, linear and angular (S. A. Chin, Phys. Lett. A 226 (1997)
+    /// 344). All bodies pass through its stages together, so that fields of bodies on bodies are of fourth order, too;
+    /// damping is part of the drifts. Not for fields with jumps. See [`Scheme`] for forces that read velocities.
     Forward4,
     /// For each body the cheapest of `KickDriftKick`, `Substep` and steps like those of `Forward4` that meets the
     /// tolerance; in parts of unequal lengths where the motion is stiff for a moment only, like a close pass.
     ///
     /// Bodies are monitored by the change of their wrench along their path, which costs next to nothing. Jacobians are
-    /// computed for all bodies after fields were edited or bodies came or went, and else only for bodies that looked
-    /// stiff, that feel a fast drag, or whose velocities were changed by hand. A motion that was too coarse is repeated
-    /// more finely before Rapier sees any of it. A body that entered a stiff field in a step that was not expected to
-    /// be stiff is put where the finer motion leads, after Rapier's step, if nothing else touched it, no field reads
-    /// velocities, and no field detects contacts. Otherwise, and where not even the finest plan meets the tolerance,
-    /// [`StepWarning::ToleranceMissed`](crate::StepWarning::ToleranceMissed) says so in that step; such a body alone in
-    /// a stiff well is damped, as by `LinearlyImplicit`.
+    /// computed for all bodies after fields were edited or bodies came or went, and otherwise only for bodies that
+    /// looked stiff, that are in strong drag, or whose velocities were changed by hand. A motion that was too coarse is
+    /// repeated more finely before it is given to Rapier. A body that entered a stiff field in a step that was not
+    /// expected to be stiff is placed at the end of the finer motion, after Rapier's step, if nothing else touched it,
+    /// no field reads velocities, and no field detects contacts. Otherwise, and where even the finest plan does not
+    /// meet the tolerance, the step warns with [`StepWarning::ToleranceMissed`](crate::StepWarning::ToleranceMissed);
+    /// such a body alone in a stiff well is damped, as by `LinearlyImplicit`.
     ///
     /// If fields are anchored to bodies that move, all bodies are moved by the same plan as soon as one of them needs
     /// it, so reacting fields keep momentum.
@@ -103,16 +103,16 @@ pub enum Scheme {
         /// most 0.25.
         ///
         /// Errors add up from step to step. While a body is stiff, its balance is kept: the kinetic energy that it
-        /// gained beside the work of the forces along its path, as a share of the largest it had. Steps are made finer
-        /// before the balance reaches the tolerance. Where it does so all the same,
-        /// [`StepWarning::ToleranceMissed`](crate::StepWarning::ToleranceMissed) says so, and the balance begins anew.
+        /// gained in excess of the work of the forces along its path, as a share of the largest it had. Steps are made
+        /// finer before the balance reaches the tolerance. Where it does so nevertheless, the step warns with
+        /// [`StepWarning::ToleranceMissed`](crate::StepWarning::ToleranceMissed), and the balance starts from zero.
         /// There is no balance where forces read velocities, where Rapier damps the body, or in steps in which
-        /// something else touches it. It does not see what lies between the points of a path, such as the bend of a
-        /// spring with a rest length near its anchor.
+        /// something else touches it. It does not include errors between the points of a path, such as at the bend of
+        /// the force of a spring with a rest length near its anchor.
         ///
-        /// All of this is about forces that change smoothly. Where a force jumps within a step, at the border of a
+        /// All of this holds for forces that change smoothly. Where a force jumps within a step, at the border of a
         /// region or where an operator changes over to another operand, the velocity is off by about half the change of
-        /// the force times dt/m, which is neither counted nor told. A shorter step makes it smaller.
+        /// the force times dt/m, which is neither counted nor reported. A shorter step makes it smaller.
         tolerance: Real,
     },
 }
@@ -136,7 +136,7 @@ pub enum Substeps {
     },
 }
 
-/// Beyond this tolerance dt·ω of a substep would come close to the limit of stability.
+/// At larger tolerances, dt·ω of a substep would come close to the limit of stability.
 const LOOSEST: Real = 0.25;
 /// The most substeps a user may ask for.
 const MOST_FIXED: u32 = 1024;

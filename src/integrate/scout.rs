@@ -1,4 +1,4 @@
-//! The evaluation of the fields at the places where bodies would be after a step, to find stiffness.
+//! The evaluation of the fields at the poses that bodies would have after a step, to find stiffness.
 
 use super::context::StepContext;
 use super::predicted::{PredictedMotion, PredictedMotions};
@@ -11,10 +11,10 @@ use crate::sample::Samples;
 /// A share of a step over which fields are nearly linear, apart from edges.
 pub(super) const NEAR: Real = 0.015625;
 
-/// Changes of fewer roundings than this do not count.
+/// Changes of less than this many rounding errors do not count.
 const CERTAIN: Real = 64.0;
 
-/// The wrenches at the predicted places of bodies; its buffers are reused.
+/// The wrenches at the predicted poses of bodies; its buffers are reused.
 #[derive(Default)]
 pub(super) struct Scout {
     share: Real,
@@ -24,7 +24,7 @@ pub(super) struct Scout {
     wrenches: Vec<Wrench>,
 }
 
-/// The velocities with which a body would get there.
+/// The velocities with which a body would move to its predicted pose.
 #[derive(Default)]
 struct Way {
     linvel: Vector,
@@ -32,8 +32,8 @@ struct Way {
 }
 
 impl Scout {
-    /// Evaluates the fields where the wrenches `here` would take the bodies in a share of the step, at the speeds that
-    /// they would have after it.
+    /// Evaluates the fields at the poses to which bodies would move in a share of the step, with the velocities that
+    /// the wrenches `here` would give them over the whole step.
     pub(super) fn look(
         &mut self,
         motions: &mut PredictedMotions,
@@ -77,8 +77,7 @@ impl Scout {
         self.evaluator.wrenches(&scene, &mut self.wrenches, None);
     }
 
-    /// (dt·ω)² as the change of wrench shows it for a body, on which the wrench `here` acts; zero if the change may be
-    /// rounding.
+    /// (dt·ω)² of a body by the change of its wrench, which is `here` at the start; zero if the change may be rounding.
     pub(super) fn shown(
         &self,
         context: &StepContext<'_, impl Lookup>,

@@ -27,17 +27,17 @@ pub(crate) struct Spins {
 #[derive(Clone, Copy, Debug)]
 struct SpinPlace {
     turn: usize,
-    /// The velocities to give to Rapier, but for the angular one.
+    /// The velocities to give to Rapier; the angular one is not yet set.
     update: VelocityUpdate,
-    /// The index of `update`, if it is among the motions.
+    /// The index of `update` in [`Motions::updates`], if it is there.
     index: Option<usize>,
 }
 
 /// The new velocities of a body whose rotation is not computed yet.
 pub(crate) enum SpunUpdate {
-    /// They are the last ones among the motions.
+    /// The last entry of [`Motions::updates`].
     Last(VelocityUpdate),
-    /// They are not among the motions.
+    /// No entry of [`Motions::updates`].
     Apart(VelocityUpdate),
 }
 
@@ -104,7 +104,7 @@ impl Spins {
         });
     }
 
-    /// Computes the rotations that were added, and passes on the velocities to give to Rapier.
+    /// Computes the rotations that were added, and passes the velocities to give to Rapier to `write`.
     pub(crate) fn compute(
         &mut self,
         motions: &mut Motions,

@@ -4,18 +4,18 @@ use super::scheme::{Scheme, Substeps};
 use crate::math::bisect;
 use crate::rapier::na::Complex;
 
-/// The dt·ω from which on the energy of a vibration is unbounded; zero if it is unbounded at any step. `reads` if forces
-/// read velocities.
+/// The dt·ω from which on the energy of a vibration is unbounded; zero if it is unbounded at any step. `reads` if
+/// forces read velocities.
 fn explodes_at(scheme: Scheme, reads: bool) -> f64 {
     match scheme {
-        // Of Suzuki's composition.
+        // The limit of Suzuki's composition.
         Scheme::Forward4 if reads => 2.72,
         Scheme::KickDriftKick | Scheme::Kick => 2.0,
         Scheme::Substep(Substeps::Fixed(count)) => 2.0 * f64::from(count),
         // 2 √3.
         Scheme::Forward4 => 3.46,
         Scheme::ExternalForce => 0.0,
-        // Damped, or divided until it fits.
+        // These damp, or divide the step until it is short enough.
         Scheme::LinearlyImplicit
         | Scheme::Auto { .. }
         | Scheme::Substep(Substeps::PerBody { .. }) => f64::INFINITY,
@@ -23,8 +23,8 @@ fn explodes_at(scheme: Scheme, reads: bool) -> f64 {
 }
 
 /// The dt·ω from which on a scheme that does not choose warns: half of the limit of stability. For a scheme that gains
-/// energy at any step, the dt·ω at which that is a percent in a hundred steps. For the damping scheme, the rate is that
-/// at which fields throw bodies apart. `reads` if forces read velocities.
+/// energy at any step, the dt·ω at which the gain is a percent in a hundred steps. For the damping scheme, dt times the
+/// rate at which fields push bodies apart. `reads` if forces read velocities.
 pub(super) fn warns_from(scheme: Scheme, reads: bool) -> Option<f64> {
     match scheme {
         Scheme::ExternalForce => Some(BY_FORCE),
@@ -34,10 +34,10 @@ pub(super) fn warns_from(scheme: Scheme, reads: bool) -> Option<f64> {
     }
 }
 
-/// The limit for Rapier's own forces, by which links of multibodies are pushed under every scheme.
+/// The dt·ω from which on forces given to Rapier warn; links of multibodies get such forces under every scheme.
 pub(super) const BY_FORCE: f64 = 0.02;
 
-/// Two bodies that attract each other oscillate with up to this times the square of the frequency that either has with
+/// Two bodies that attract each other oscillate with up to this times the square of the frequency of either one with
 /// the other held.
 pub(super) const COUPLED: f64 = 2.0;
 
@@ -45,13 +45,13 @@ pub(super) const COUPLED: f64 = 2.0;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Mode {
     pub omega2: f64,
-    /// Its velocity decays at this rate,
+    /// The rate at which its velocity decays.
     pub damping: f64,
-    /// and turns at this one.
+    /// The rate at which its velocity turns.
     pub gyration: f64,
 }
 
-/// A growth of the energy in a step from which on it counts: one percent in a hundred steps.
+/// A relative growth of the energy per step above this is a gain: one percent in a hundred steps.
 const GAINS: f64 = 1e-4;
 /// A smaller growth is rounding.
 const ROUNDING: f64 = 1e-9;
@@ -59,10 +59,10 @@ const ROUNDING: f64 = 1e-9;
 const TRIED: u32 = 128;
 
 impl Mode {
-    /// By how much the square of an amplitude grows in a step of half a kick, drift, and half a kick, the
-    /// kicks exact in the velocity.
+    /// The relative growth of the square of the amplitude in a step of half a kick, drift, and half a kick, with kicks
+    /// that are exact in the velocity.
     ///
-    /// In the plane that is turned in, v' = f + z v with z = −γ + iΩ: half a kick is v e + q f, with
+    /// In the plane of gyration, v' = f + z v with z = −γ + iΩ: half a kick is v e + q f, with
     /// e = exp(z h/2) and q = (e − 1)/z. The map has the trace 1 + e² − ω² h q (1 + e) and the
     /// determinant e².
     fn growth(self, dt: f64) -> f64 {
@@ -79,8 +79,8 @@ impl Mode {
         (half + root).norm_sqr().max((half - root).norm_sqr()) - 1.0
     }
 
-    /// Returns true if a scheme gains energy in steps of this length, or within two percent of it: near resonance with
-    /// a gyration a bounded oscillation is large.
+    /// Returns true if a scheme gains energy in steps of this length, or within two percent of it: near a resonance
+    /// with gyration even bounded oscillations are large.
     pub(super) fn gains(self, scheme: Scheme, dt: f64) -> bool {
         let count = match scheme {
             Scheme::KickDriftKick | Scheme::Kick => 1.0,
@@ -100,13 +100,13 @@ impl Mode {
         self.stable_to() * (0.5 * explodes_at(scheme, reads))
     }
 
-    /// The same under `KickDriftKick`.
+    /// [`Self::largest_stable_dt`] under `KickDriftKick`.
     fn stable_to(self) -> f64 {
         let damped = self.damped_to();
         if self.gyration == 0.0 {
             return damped;
         }
-        // The limit is at most the first whole turn.
+        // The limit is at most the time of one whole turn.
         let end = damped.min(std::f64::consts::TAU / self.gyration);
         let unstable = |dt: f64| self.growth(dt) > ROUNDING;
         let step = end / f64::from(TRIED);
@@ -118,7 +118,7 @@ impl Mode {
         bisect([first - step, first], f64::MANTISSA_DIGITS, stable)
     }
 
-    /// The limit without gyration: h ω² tanh(γh/2) = 2γ, which is h ω = 2 without damping. Solved for u = γh/2.
+    /// The limit without gyration: h ω² tanh(γh/2) = 2γ, or h ω = 2 without damping. Solved for u = γh/2.
     fn damped_to(self) -> f64 {
         let plain = 2.0 / self.omega2.sqrt();
         let goal = self.damping * self.damping / self.omega2;
@@ -136,9 +136,9 @@ impl Mode {
 mod tests {
     use super::*;
 
-    /// The eigenvalues of the map, multiplied out by hand, on both sides of where it says.
+    /// Iterates the map on both sides of the limit.
     #[test]
-    fn steps_are_stable_up_to_the_largest_and_no_further() {
+    fn steps_are_stable_up_to_the_limit_and_no_further() {
         for gyration in [0.0, 0.3, 3.0, 30.0] {
             for damping in [0.0, 0.1, 1.0, 10.0] {
                 for omega2 in [0.04, 1.0, 25.0] {
@@ -162,7 +162,7 @@ mod tests {
         }
     }
 
-    /// The farthest a body comes in many steps, that begins at 1.
+    /// The largest amplitude in many steps that begin at 1.
     fn largest_swing(mode: Mode, dt: f64) -> f64 {
         let z = Complex::new(-mode.damping, mode.gyration);
         let e = (z * (0.5 * dt)).exp();
@@ -182,7 +182,7 @@ mod tests {
     }
 
     #[test]
-    fn closed_forms() {
+    fn limits_agree_with_their_closed_forms() {
         let free = Mode {
             omega2: 25.0,
             damping: 0.0,
@@ -196,7 +196,7 @@ mod tests {
             let largest = free.largest_stable_dt(Scheme::Forward4, reads);
             assert!((largest - limit / 5.0).abs() < 1e-9, "{largest}");
         }
-        // A strong drag stops a body on the way: 2γ/ω².
+        // With strong drag, 2γ/ω².
         let slow = Mode {
             damping: 1e3,
             ..free

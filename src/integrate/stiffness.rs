@@ -1,4 +1,4 @@
-//! The stiffness of fields for a body, against the length of a step, and the warnings of a step.
+//! The stiffness of fields for a body, relative to the length of a step, and the warnings of a step.
 
 use super::balance::EnergyBalance;
 use super::jacobian::Jacobian;
@@ -15,9 +15,9 @@ use crate::rigid::{Mobility, eigen};
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Stiffness {
-    /// The step it was measured against.
+    /// The length of the step that the other values refer to (s).
     pub dt: Real,
-    /// dt times the fastest angular frequency at which the body would swing.
+    /// dt times the fastest angular frequency at which the body would oscillate.
     pub dt_omega: Real,
     /// dt times the fastest rate at which drag slows the body down: the damping number.
     pub dt_damping: Real,
@@ -25,19 +25,19 @@ pub struct Stiffness {
     pub dt_gyration: Real,
     /// The longest step for which the scheme keeps the energy bounded: 2/ω for `KickDriftKick` and `Kick`, longer with
     /// damping, shorter where a magnetic force turns the body as well. Where fields are anchored to bodies that move,
-    /// it allows for the motion of these too, by a factor of 1/√2. Infinite if nothing oscillates, and for schemes that
-    /// damp or divide the step as needed.
+    /// it allows for the motion of these bodies, too, by a factor of 1/√2. Infinite if nothing oscillates, and for
+    /// schemes that damp or divide the step as needed.
     ///
     /// `ExternalForce` gains energy at any step: for it, this is the step from which on it
-    /// [warns](StepWarning::Stiff), 0.02/ω, at which that is a percent in a hundred steps. Links of multibodies are
-    /// pushed so under every scheme. Never zero.
+    /// [warns](StepWarning::Stiff), 0.02/ω, at which the gain is a percent in a hundred steps. Links of multibodies are
+    /// moved by such forces under every scheme. Never zero.
     ///
-    /// Damping and gyration are taken along each direction in which the body oscillates: exact where they do not mix
-    /// these.
+    /// Damping and gyration are taken along each direction in which the body oscillates, which is exact where they do
+    /// not mix these directions.
     pub largest_stable_dt: Real,
 }
 
-/// A possible error of a step that goes on.
+/// A possible error of a step that is made nevertheless.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum StepWarning {
@@ -46,9 +46,9 @@ pub enum StepWarning {
     /// in a hundred steps. Springs of contacts ([`Penalty`](crate::ContactLaw::Penalty)) warn from a quarter of the
     /// limit on, under every scheme.
     ///
-    /// [`LinearlyImplicit`](crate::Scheme::LinearlyImplicit) damps oscillations, and warns of the motions that it
-    /// leaves out instead: from 0.25 on of dt times the rate at which fields throw the body apart, for example near an
-    /// attracting centre; and where fields are anchored to bodies that move, of dt·ω from 1 on.
+    /// [`LinearlyImplicit`](crate::Scheme::LinearlyImplicit) damps oscillations, and warns instead of the motions that
+    /// it leaves out: from 0.25 on of dt times the rate at which a motion grows, for example near an attracting centre;
+    /// and where fields are anchored to bodies that move, of dt·ω from 1 on.
     #[error(
         "the fields are too stiff for {body:?} at this time step: dt·ω is {dt_omega}, and the largest stable time step is {largest_stable_dt:e}"
     )]
@@ -57,14 +57,14 @@ pub enum StepWarning {
         body: RigidBodyHandle,
         /// The step times the fastest frequency; see [`Scheme`](crate::Scheme) for its limit.
         dt_omega: Real,
-        /// See [`Stiffness::largest_stable_dt`]. Under `LinearlyImplicit`, and where forces are given to Rapier
-        /// (`ExternalForce`, links of multibodies), which gains energy at any step, the step from which on it warns.
+        /// See [`Stiffness::largest_stable_dt`]. Under `LinearlyImplicit`, and for forces given to Rapier
+        /// (`ExternalForce`, links of multibodies), which gain energy at any step, the step from which on they warn.
         /// Never zero.
         largest_stable_dt: Real,
     },
     /// [`Auto`](crate::Scheme::Auto) or [`PerBody`](crate::Substeps::PerBody) did not meet its tolerance for a body:
-    /// not even its finest substeps do, the errors of the steps since the body was found stiff, or since the last such
-    /// warning, add up to more, or the body entered a stiff field within a step that was not expected to be stiff.
+    /// even its finest substeps exceed it; or the errors of the steps since the body was found stiff, or since the last
+    /// such warning, add up to more; or the body entered a stiff field within a step that was not expected to be stiff.
     #[error("the step of {body:?} has a relative error of {error}; the tolerance is {tolerance}")]
     ToleranceMissed {
         /// The body.
@@ -74,8 +74,8 @@ pub enum StepWarning {
         /// The tolerance of the scheme.
         tolerance: Real,
     },
-    /// A body that is moved within the step was hit in it, in fields that change much over the rest of it; its speed is
-    /// off by this share. Schemes with a tolerance warn beyond it, others beyond one percent. See
+    /// A body that is moved within the step was hit in it, in fields that change much over the rest of the step, so its
+    /// speed is inaccurate. Schemes with a tolerance warn beyond it, others beyond one percent. See
     /// [`Scheme`](crate::Scheme).
     #[error(
         "{body:?} was hit where fields are stiff for the time step; its speed has a relative error of {error}"
@@ -83,7 +83,7 @@ pub enum StepWarning {
     HitInStiffField {
         /// The body.
         body: RigidBodyHandle,
-        /// As a share of its speed.
+        /// The error of its speed, as a share of it.
         error: Real,
     },
     /// The fields make a body faster than Rapier allows (`IntegrationParameters::normalized_max_linear_velocity`);
@@ -134,8 +134,9 @@ pub enum StepWarning {
         /// The field's force there.
         force: Vector,
     },
-    /// The same, and the body was disabled, by
-    /// [`FaultPolicy::Quarantine`](crate::FaultPolicy::Quarantine).
+    /// A field gives a body a force that Rapier cannot take, and the body was disabled by
+    /// [`FaultPolicy::Quarantine`](crate::FaultPolicy::Quarantine). If `force` is finite, it would make the body too
+    /// fast.
     #[error(
         "{field} gives {force} on {body:?} at {world_point} (collider {collider:?}); the body is in \
          quarantine"
@@ -154,7 +155,7 @@ pub enum StepWarning {
     },
     /// The answers to contacts make a body so fast that the square of its speed overflows, which [the paper's
     /// law](crate::ContactLaw::Paper) can cause because it may double the speed at each touch. The answers were left
-    /// out, and the body goes on as Rapier left it.
+    /// out, and the body keeps the motion that Rapier gave it.
     #[error(
         "contacts would make {body:?} too fast for the number type; their impulses are left out"
     )]
@@ -171,9 +172,9 @@ pub enum StepWarning {
         /// The two colliders, in the order of their handles.
         colliders: [ColliderHandle; 2],
     },
-    /// Two colliders overlap more at the end of each of three steps, though fields answer their contact, and by more than
-    /// four times the allowed error of Rapier's solver (0.02 length units). Rapier answers the contact from the next step
-    /// on, if it does not already, until the two separate.
+    /// The overlap of two colliders grew in each of three steps, although fields answer their contact, to more than
+    /// four times the allowed error of Rapier's solver (0.02 length units). Rapier answers the contact from the next
+    /// step on, if it does not already, until the two separate.
     #[error("{colliders:?} overlap by {depth}, more in each step; their contact is left to Rapier")]
     ContactDeepens {
         /// The two colliders, in the order of their handles.
@@ -181,13 +182,13 @@ pub enum StepWarning {
         /// The depth of the overlap.
         depth: Real,
     },
-    /// One of two colliders was given another shape by `set_shape`, and Rapier keeps contacts of the former one, which had
-    /// several parts (a compound, a mesh, a height field, voxels): where those were, the two go on to touch. Remove such
-    /// a collider and insert another one instead of setting its shape.
+    /// One of two colliders was given another shape by `set_shape`, and Rapier keeps contacts of the former shape,
+    /// which had several parts (a compound, a mesh, a height field, voxels): where these parts were, the colliders
+    /// still touch. Remove such a collider and insert another one instead of setting its shape.
     ///
-    /// Rapier 0.36 by itself may end the program then (with `contact_clustering`, its default): its solver reads beyond
-    /// its contacts once the two separate. A step of fields makes it sort its contacts anew each time, after which it
-    /// does not, unless it makes several passes of continuous detection (`max_ccd_substeps` above 1).
+    /// Rapier 0.36 alone may then end the program (with `contact_clustering`, its default): its solver reads beyond its
+    /// contacts once the two separate. A step of fields makes Rapier sort its contacts anew, which avoids this unless
+    /// Rapier makes several passes of continuous detection (`max_ccd_substeps` above 1).
     #[error(
         "Rapier keeps contacts of a former shape of one of {colliders:?}: instead of set_shape, remove the collider and insert another one"
     )]
@@ -209,16 +210,16 @@ pub enum StepWarning {
         body: RigidBodyHandle,
     },
     /// A soft body with pinned particles is in a drag or wind that is strong for the step, or another force that reads
-    /// velocities. Its particles get the mean of the force along the path of a free particle, so those that a pin or
-    /// their neighbours hold pull less than they should, with this force and with their weight: by 1 − (1 − e⁻ˣ)/x for a
-    /// drag of rate k, where x = k·dt. Make the step shorter, or the force weaker.
+    /// velocities. Its particles get the mean of the force along the path of a free particle, so for those that a pin
+    /// or their neighbours hold, this force and their weight are too small: by a share of 1 − (1 − e⁻ˣ)/x for a drag of
+    /// rate k, where x = k·dt. Make the step shorter, or the force weaker.
     #[error(
         "{body:?} is a soft body with pins: particles that are held lack up to a share of {share} of a force that reads velocities, and of their weight; make the step shorter"
     )]
     PinnedParticles {
         /// The root of the soft body.
         body: RigidBodyHandle,
-        /// The largest share that a particle lacks if it is held; more than 0.01.
+        /// The largest share of the force that a held particle lacks; more than 0.01.
         share: Real,
     },
     /// Fields answer contacts that Rapier solved as well, because the [hooks](crate::pipeline::OpenStep::hooks) of the open step
@@ -294,8 +295,8 @@ impl Rates {
         }
     }
 
-    /// The stiffness to plan for: the square of the highest frequency, with drag and gyration counted as the frequency
-    /// that would be as hard to follow.
+    /// The stiffness to plan for: the square of the highest frequency, where drag and gyration count as the frequency
+    /// that would need the same substeps.
     pub(super) fn pace(&self, choice: Choice, dt: f64) -> Pace {
         let most = f64::from(MOST_BY_VELOCITY.min(choice.most));
         let limit = 4.0 * choice.tolerance * (most / dt).powi(2);
@@ -313,8 +314,8 @@ impl Rates {
     }
 }
 
-/// The most substeps for drag and gyration, which kicks follow at any rate: more would not pay for the paths between
-/// them.
+/// The largest number of substeps for drag and gyration. Kicks follow these at any rate, so more substeps, which
+/// improve the path between kicks only, do not pay.
 const MOST_BY_VELOCITY: u32 = 32;
 
 /// The least and the greatest eigenvalue of the symmetric part; infinite if it is not finite.
@@ -331,12 +332,12 @@ fn extremes(matrix: &Matrix6<f64>) -> [f64; 2] {
 pub(crate) enum Treatment {
     /// Moved within the step, as finely as this stiffness and the balance of earlier steps need.
     Resolve { pace: Pace, balance: EnergyBalance },
-    /// Damped, because a step went so far that its energy is wrong.
+    /// Damped, because its last step was so coarse that its energy may be wrong, or no plan is fine enough.
     Damp,
 }
 
 impl Treatment {
-    /// Returns true if a step can have left it, which may not hold for one that was deserialized.
+    /// Returns false if no step can have left this treatment, which may be the case if it was deserialized.
     pub(super) fn is_sound(&self) -> bool {
         match self {
             Treatment::Resolve { pace, balance } => pace.is_sound() && balance.is_sound(),
@@ -355,8 +356,8 @@ pub(crate) struct Estimate {
 }
 
 impl Estimate {
-    /// Returns true if a linearisation can have given it, which may not hold for one that was deserialized. Rates of
-    /// derivatives that are not finite are infinite.
+    /// Returns false if no linearisation can have given these values, which may be the case if they were deserialized.
+    /// Rates of derivatives that are not finite are infinite.
     pub(super) fn is_sound(&self) -> bool {
         let Rates {
             omega,

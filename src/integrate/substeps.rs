@@ -1,7 +1,7 @@
 //! The integrator of the motion in the fields alone, in steps smaller than Rapier's.
 //!
-//! Its bodies are moved together. The other bodies, which Rapier moves, are assumed to move at constant velocity in the
-//! meantime.
+//! Its bodies are moved together. The other bodies, which Rapier moves, are assumed to move at constant velocity during
+//! the step.
 
 mod bisection;
 mod forward;
@@ -24,8 +24,8 @@ use crate::rigid::{COMPOSED_ENERGY_ERROR, ENERGY_ERROR};
 use crate::rigid::{Lookup, Mobility, RigidState, Wrench, of_wrench, pair, phi1, six};
 use crate::sample::{Moment, Samples};
 
-/// The number of evaluations that solve the kicks of a scheme of fourth order, where forces read velocities: each
-/// brings the kick two orders closer to the implicit midpoint rule.
+/// The number of evaluations that solve a kick of a scheme of fourth order for forces that read velocities: each brings
+/// the kick two orders closer to the implicit midpoint rule.
 const MIDPOINT_ROUNDS: usize = 2;
 
 /// The map from the start of a step to its end.
@@ -47,14 +47,15 @@ pub(super) struct Setting<'a, W> {
     pub map: StepMap,
     /// If set, the step is halved by these rules, whatever the map.
     pub uneven: Option<Choice>,
-    /// True to record how fast bodies oscillate; `coupled` if they act on each other.
+    /// True to record how fast bodies oscillate.
     pub tracked: bool,
     /// The square of the highest frequency that a scheme that does not choose can follow.
     pub most: Option<f64>,
+    /// True if the bodies act on each other.
     pub coupled: bool,
     /// If set, contributions that are not finite are left out; otherwise they are a fault.
     pub sift: Option<Sift<'a>>,
-    /// The time at which it begins, relative to the world of the context: zero, or minus one step.
+    /// The time at which the run begins, relative to the world of the context: zero, or minus one step.
     pub from: f64,
 }
 
@@ -121,7 +122,7 @@ impl SubstepIntegrator {
         Ok(())
     }
 
-    /// The wrench on the state of this number, at its present place.
+    /// The wrench on the state of this number, at its present pose.
     pub(super) fn wrench(&self, number: usize) -> Wrench {
         self.group.wrenches[number]
     }
@@ -157,7 +158,7 @@ impl<W: Lookup> Run<'_, W> {
         Ok(())
     }
 
-    /// The kick at a tick: half of the previous drift, and half of the next.
+    /// The kick at a tick, over half of the previous drift and half of the next.
     fn kicks(&mut self, group: &mut Group, tick: usize) -> Result<(), Fault> {
         let half = |tick: Option<usize>| {
             let length = tick.and_then(|tick| self.ticks.get(tick));
@@ -175,7 +176,7 @@ impl<W: Lookup> Run<'_, W> {
         if !self.is_composed() {
             return self.solve(group, before + after);
         }
-        // Two kicks by the implicit midpoint rule are not one kick, to the order needed.
+        // To the order needed, two kicks by the implicit midpoint rule cannot be merged into one.
         for duration in [before, after] {
             if duration != 0.0 {
                 self.solve(group, duration)?;
@@ -285,17 +286,17 @@ impl<W: Lookup> Run<'_, W> {
         self.setting.map == StepMap::Suzuki
     }
 
-    /// Follows the paths of the bodies, with the wrenches at their present places.
+    /// Follows the paths of the bodies, with the wrenches at their present poses.
     fn see(&mut self, group: &mut Group) {
         self.track(group);
         if let Some(most) = self.setting.most {
-            // It may have been an edge, or a close pass.
+            // A single fast piece may be an edge or a close pass; a Jacobian decides.
             self.look_into(group, |track| track.is_unsure(most));
         }
     }
 
-    /// Records the present places of the bodies. Returns the square of the highest frequency that the last pieces of their
-    /// paths show.
+    /// Records the present poses of the bodies. Returns the square of the highest frequency that the last pieces of
+    /// their paths show.
     fn track(&mut self, group: &Group) -> f64 {
         let passing = self.states.iter().zip(&group.wrenches);
         let chooses = self.setting.most.is_none();
@@ -303,7 +304,7 @@ impl<W: Lookup> Run<'_, W> {
         track_all(self.tracks, passing, self.setting.coupled, time)
     }
 
-    /// Linearises some bodies.
+    /// Linearises the bodies whose tracks fulfil `which`, and records their exact frequencies.
     fn look_into(&mut self, group: &mut Group, which: impl Fn(&Track) -> bool) {
         if !self.tracks.iter().any(&which) {
             return;
@@ -343,7 +344,7 @@ impl<W: Lookup> Run<'_, W> {
         self.check_speeds(group)
     }
 
-    /// Returns an error if a body is faster than any that Rapier moves.
+    /// Returns an error if a body is faster than [`FASTEST`].
     fn check_speeds(&self, group: &Group) -> Result<(), Fault> {
         let bears = |state: &RigidState| speed(state) <= to_f64(FASTEST);
         if self.states.iter().all(bears) {
@@ -375,7 +376,7 @@ impl<W: Lookup> Run<'_, W> {
         SampledWorld::new(context.compiled, frames, samples, moment)
     }
 
-    /// Evaluates the wrenches on a group at the present places of its bodies, with their own velocities, or with those
+    /// Evaluates the wrenches on a group at the present poses of its bodies, with their own velocities, or with those
     /// in the middle of a kick.
     fn evaluate(&mut self, group: &mut Group, midway: bool) -> Result<(), Fault> {
         group.place(self.states, midway);

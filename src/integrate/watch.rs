@@ -12,20 +12,20 @@ use crate::math::{Real, RigidBodyHandle, Vector, from_f64, to_f64};
 use crate::rapier::dynamics::RigidBody;
 use crate::rigid::{Lookup, Mobility, Wrench, find};
 
-/// If there are more new bodies than this, only this number are linearised: the worst by the change of the fields along
-/// their first step.
+/// Of more new bodies than this, only this number are linearised: the worst by the change of the fields along their
+/// first step.
 const MOST_NEW: usize = 16;
 
 /// The dt·ω from which on the linearly implicit scheme warns of bodies that act on each other: half the limit of
-/// stability of an explicit scheme, which it is for the bodies that it assumes at rest.
+/// stability of an explicit scheme, because it is explicit in the motion of the bodies that carry fields.
 const COUPLED_FROM: f64 = 1.0;
 
 /// The dt·ω from which on schemes that choose warn of a body that Rapier's solver holds.
 const HELD: f64 = 1.0;
 
 impl Integrator {
-    /// Warns of bodies that are not in the `last` evaluation and stand where the fields are too stiff for the coming
-    /// step: bodies that overlap would be far apart after it.
+    /// Warns of bodies that are not in the `last` evaluation and are where the fields are too stiff for the coming
+    /// step: bodies that overlap would be thrown far apart.
     pub(super) fn watch_new(
         &mut self,
         context: &StepContext<'_, impl Lookup>,
@@ -53,7 +53,7 @@ impl Integrator {
             scout.look(&mut self.motions, context, &evaluation.wrenches, 1.0);
             let shown =
                 |place: usize| to_f64(scout.shown(context, place, evaluation.wrenches[place]));
-            // Half of the limit, because along its path a body need not meet the stiffest direction.
+            // Half of the limit, because the path of a body need not be in the stiffest direction.
             new.retain(|place| exceeds(shown(*place), 0.25 * limit * limit));
             new.sort_unstable_by(|one, other| shown(*other).total_cmp(&shown(*one)));
             new.truncate(MOST_NEW);
@@ -70,8 +70,7 @@ impl Integrator {
         self.candidates = new;
     }
 
-    /// Warns of links of multibodies that are not in the `last` evaluation; they are pushed by forces under every
-    /// scheme.
+    /// Warns of links of multibodies that are not in the `last` evaluation; they get forces under every scheme.
     pub(super) fn watch_new_links(
         &mut self,
         context: &StepContext<'_, impl Lookup>,
@@ -97,8 +96,8 @@ impl Integrator {
     }
 
     /// The warning for the worst of some bodies in fields anchored to bodies that move, by the change of the wrenches
-    /// as all move on a little. Jacobians hold the carriers of the fields still, so they miss the reaction of a body's
-    /// own fields.
+    /// over a short motion of all. Jacobians hold the carriers of the fields still, so they miss the reaction of a
+    /// body's own fields.
     fn coupled(
         &mut self,
         context: &StepContext<'_, impl Lookup>,
@@ -131,7 +130,7 @@ impl Integrator {
             return;
         }
         let limit_of = |place: usize| match others {
-            // Links are pushed by forces under every scheme.
+            // Links get forces under every scheme.
             _ if find(links, evaluation.bodies[place]).is_some() => Some(BY_FORCE),
             others => others,
         };
@@ -176,8 +175,8 @@ impl Integrator {
         warnings.extend(worst);
     }
 
-    /// The same for schemes that do not kick twice a step, by the displacements since the `last` evaluation, because their
-    /// motion within a step does not show in the velocities.
+    /// [`Self::warn`] for schemes that do not kick twice a step, by the displacements since the `last` evaluation,
+    /// because their motion within a step does not show in the velocities.
     pub(crate) fn watch(
         &mut self,
         context: &StepContext<'_, impl Lookup>,
@@ -201,8 +200,8 @@ impl Integrator {
         self.warn(context, evaluation, fourth, warnings);
     }
 
-    /// Warns of the linearised body that the linearly implicit scheme follows the worst: it damps restoring forces, and
-    /// leaves out forces that throw apart, and the motion of other bodies.
+    /// Warns of the linearised body for which the linearly implicit scheme is the worst: it damps restoring forces, and
+    /// leaves out forces that push bodies apart, and the motion of other bodies.
     pub(super) fn watch_implicit(
         &mut self,
         context: &StepContext<'_, impl Lookup>,
@@ -221,8 +220,8 @@ impl Integrator {
         warnings.extend(worst);
     }
 
-    /// Warns of bodies that Rapier's solver holds and that oscillate too fast for one kick a step: a scheme that
-    /// chooses does not know the contacts and joints within the step.
+    /// Warns of bodies that Rapier's solver holds and that oscillate too fast for one kick a step: the substeps of a
+    /// scheme that chooses do not include contacts and joints.
     pub(super) fn watch_held(
         context: &StepContext<'_, impl Lookup>,
         evaluation: &Evaluation,
@@ -305,7 +304,7 @@ pub(super) fn most_to_follow(context: &StepContext<'_, impl Lookup>) -> Option<f
     Some((limit / to_f64(context.dt)).powi(2))
 }
 
-/// True for NaN, too.
+/// True also for NaN.
 fn exceeds(rate: f64, limit: f64) -> bool {
     rate.is_nan() || rate > limit
 }
@@ -328,7 +327,7 @@ fn stiff(
     };
     let scheme = match context.rules.scheme {
         Scheme::ExternalForce => return by_force(body, from_f64(dt_omega), context.dt),
-        // For a scheme that chooses the explicit kick counts, for the implicit one its explicit part.
+        // For a scheme that chooses, the explicit kick counts; for the implicit one, its explicit part.
         scheme if scheme.chooses() => Scheme::KickDriftKick,
         Scheme::LinearlyImplicit => Scheme::Kick,
         scheme => scheme,
@@ -340,8 +339,8 @@ fn stiff(
     )
 }
 
-/// The warning for forces, which gain energy at any step; `dt_omega` is beyond the limit of a percent in a hundred
-/// steps.
+/// The warning for forces given to Rapier, which gain energy at any step; at `dt_omega`, more than a percent in a
+/// hundred steps.
 fn by_force(body: RigidBodyHandle, dt_omega: Real, dt: Real) -> StepWarning {
     told(body, dt_omega, to_f64(dt) * BY_FORCE / to_f64(dt_omega))
 }
@@ -397,7 +396,7 @@ fn report(context: &StepContext<'_, impl Lookup>, estimate: &Estimate) -> Stiffn
     let scheme = context.rules.scheme;
     let coupled = scheme != Scheme::LinearlyImplicit && context.is_coupled();
     let largest = if scheme == Scheme::ExternalForce {
-        // Zero may be negative.
+        // ω may be −0.0.
         BY_FORCE / estimate.rates.omega.abs()
     } else {
         let reads_velocity = context.compiled.reads_velocity;
@@ -417,11 +416,11 @@ pub(crate) fn warn_of_springs(body: RigidBodyHandle, omega2: f64, dt: Real) -> O
     warned.then(|| told(body, from_f64(dt_omega), 2.0 / omega))
 }
 
-/// The dt·ω from which on springs warn. A bounce off a spring multiplies the energy by at most 1/(1 − (dt·ω)²/4): here
-/// a fifteenth more.
+/// The dt·ω from which on springs warn. A bounce off a spring multiplies the energy by at most 1/(1 − (dt·ω)²/4), which
+/// is 16/15 here.
 const SPRINGS_FROM: f64 = 0.5;
 
-/// Warns of the bodies that Rapier will slow down without an error.
+/// Warns of the bodies that Rapier will slow down without a report of its own.
 pub(crate) fn warn_of_caps(
     context: &StepContext<'_, impl Lookup>,
     motions: &Motions,

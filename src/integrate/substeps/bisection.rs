@@ -21,7 +21,7 @@ impl<W: Lookup> Run<'_, W> {
         let dt = to_f64(self.setting.context.dt);
         let mut made = Bisection::default();
         let mut left = MOST_PARTS;
-        // By the number of halvings.
+        // The parts to be made, the next one last, each by its number of halvings.
         let mut parts = vec![0_u32];
         self.track(group);
         while let Some(halvings) = parts.pop() {
@@ -46,7 +46,7 @@ impl<W: Lookup> Run<'_, W> {
         Ok(made)
     }
 
-    /// Half a kick and the drift. Returns the square of the highest frequency that they show.
+    /// Makes half a kick and the drift. Returns the square of the highest frequency that they show.
     fn half(&mut self, group: &mut Group, h: f64) -> Result<f64, Fault> {
         self.push(group, 0.5 * h)?;
         let states = self.states.iter_mut();

@@ -45,7 +45,7 @@ impl<W: Lookup> Run<'_, W> {
             state.shift(of_wrench(*wrench), h * h / 24.0);
         }
         let outcome = self.evaluate(group, false);
-        // The path itself may pass by what the shift meets, such as the centre of an attraction.
+        // A shifted pose may be in a stiff place that the path itself avoids, such as the centre of an attraction.
         let most = (FORWARD_LIMIT / h).powi(2);
         let shifted = self.states.iter().zip(&group.wrenches);
         for (track, (state, wrench)) in self.tracks.iter_mut().zip(shifted) {

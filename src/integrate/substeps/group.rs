@@ -1,4 +1,4 @@
-//! The samples of the bodies that are moved together, at the places where they are.
+//! The samples of the bodies that are moved together, at their present poses.
 
 use crate::eval::{Evaluator, Lineariser};
 use crate::integrate::coupling::{Besides, LinearisedWrench};
@@ -13,17 +13,17 @@ pub(super) struct Group {
     /// The samples of the moved bodies, in the order of their states.
     pub samples: Samples,
     pub wrenches: Vec<Wrench>,
-    /// By body, where forces read velocities.
+    /// The kick of each body, where forces read velocities.
     pub solutions: Vec<Solution>,
     /// The bodies with contributions left out in the last evaluation, in order.
     pub left_out: Vec<usize>,
-    /// The poses to return to from others at which wrenches are taken.
+    /// The poses to restore after wrenches were taken at shifted ones.
     pub poses: Vec<(DVec3, DQuat)>,
     pub evaluator: Evaluator,
     pub lineariser: Lineariser,
 }
 
-/// A kick of a body by the implicit midpoint rule.
+/// A kick of a body for forces that read velocities.
 pub(super) struct Solution {
     /// About the velocities at the start of the kick.
     pub coupling: LinearisedWrench,
@@ -68,7 +68,7 @@ impl Group {
         own.bodies.push(handle);
     }
 
-    /// Moves the samples to the present places of their bodies.
+    /// Moves the samples to the present poses of their bodies, with velocities of the middle of the kick if `midway`.
     pub fn place(&mut self, states: &[RigidState], midway: bool) {
         let solutions = midway.then_some(&self.solutions);
         let velocity = |body: usize, state: &RigidState| {
