@@ -14,8 +14,9 @@ pub(crate) struct Constraints<'a> {
     pairs: &'a NarrowPhase,
     joints: &'a ImpulseJointSet,
     articulations: &'a MultibodyJointSet,
-    /// True if there is any contact pair, or any impulse joint; saves the look-ups in worlds without them.
+    /// True if there is any contact pair; saves look-ups in worlds without them.
     contacts: bool,
+    /// The same for impulse joints.
     jointed: bool,
 }
 
@@ -64,7 +65,7 @@ impl<'a> Constraints<'a> {
         self.colliders.get(collider)?.parent()
     }
 
-    /// Visits the other bodies of the joints, and of the contacts that pushed it, of a body.
+    /// Visits the bodies that are joined to a body, and those of contacts that pushed it in Rapier's last step.
     pub(super) fn each_partner(
         &self,
         handle: RigidBodyHandle,
@@ -86,7 +87,7 @@ impl<'a> Constraints<'a> {
         }
     }
 
-    /// The contacts that pushed a body in Rapier's last step; true if the body is their first side.
+    /// The contacts that pushed a body in Rapier's last step, each with true if the body is its first side.
     pub(super) fn pushing(
         &self,
         handle: RigidBodyHandle,

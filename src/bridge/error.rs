@@ -4,10 +4,10 @@ use crate::field::{Anchor, BuildError, FieldRef};
 use crate::integrate::Scheme;
 use crate::math::{ColliderHandle, Real, RigidBodyHandle, Vector};
 
-/// The reason why a step was refused. The world is as it was before the step: bodies of all kinds with the next positions
-/// of kinematic ones, joints, soft bodies, and all switches. Exceptions are [`Unfinished`](Self::Unfinished) and
-/// [`NotTheirs`](Self::NotTheirs). Forces that single bodies cannot take refuse a step only if
-/// [`FieldSettings::on_fault`](crate::pipeline::FieldSettings::on_fault) says so.
+/// The reason why a step was refused. The world is as it was before the step: bodies of all kinds with the next
+/// positions of kinematic ones, joints, soft bodies, and all flags. Exceptions are [`Unfinished`](Self::Unfinished) and
+/// [`NotTheirs`](Self::NotTheirs). Faults of single bodies ([`NonFinite`](Self::NonFinite),
+/// [`TooFast`](Self::TooFast)) refuse a step only by [`FieldSettings::on_fault`](crate::FieldSettings::on_fault).
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum StepError {
@@ -75,12 +75,12 @@ pub enum StepError {
         /// The quantity that is wrong, with its value.
         value: String,
     },
-    /// The state of the fields belongs to a step of another world: it names bodies that are not there as it left them.
+    /// The state of the fields belongs to another world: bodies that it refers to are missing, or not as it left them.
     #[error(
         "the state of the fields belongs to another world: {body:?} is not there as it left it"
     )]
     OtherWorld {
-        /// A body that the state knows.
+        /// One of these bodies.
         body: RigidBodyHandle,
     },
     /// The last step was begun and never finished, because its `OpenStep` was dropped. The forces that stood in place

@@ -1,18 +1,18 @@
 //! Contacts that outlive the shape on which they were found.
 //!
-//! A pair of which a shape has several parts may have several manifolds. If `set_shape` then gives that collider a shape
-//! of one part, Rapier 0.36 updates the first manifold of the pair, and keeps the others as they are. With
-//! `contact_clustering`, the graph of its solver keeps places of manifolds that are gone, and the solver reads beyond
-//! the points of others. The graph is made anew, from what there is, in a step before which any body was written to.
+//! A pair in which a shape has several parts may have several manifolds. If `set_shape` then gives that collider a
+//! shape of one part, Rapier 0.36 updates the first manifold of the pair, and keeps the others as they are. With
+//! `contact_clustering`, the contact graph of its solver keeps references to manifolds that no longer exist, and the
+//! solver reads beyond the points of others. Rapier rebuilds the graph in a step before which a body was written to.
 
 use super::world::WorldMut;
 use crate::math::{ColliderHandle, ColliderSet};
 use crate::rapier::geometry::{Collider, ContactPair, NarrowPhase, ShapeType};
 
-/// The steps between two searches for colliders that were given several parts.
+/// The number of steps between two searches for colliders of several parts.
 const LOOKS_EVERY: u32 = 64;
 
-/// The colliders of which contacts may outlive the shape.
+/// The colliders whose contacts may outlive their shape.
 #[derive(Debug, Default)]
 pub(crate) struct Outlived {
     /// Colliders of several parts.
@@ -24,8 +24,8 @@ pub(crate) struct Outlived {
 }
 
 impl Outlived {
-    /// Finds the pairs with contacts of a shape that is no more, and makes Rapier's next step safe. `anew` if colliders
-    /// may have been added since the last call.
+    /// Finds the pairs with contacts of a former shape, and makes Rapier's next step safe by marking a body as written
+    /// to. `anew` is true if colliders may have been added since the last call.
     pub(crate) fn find(
         &mut self,
         world: &mut WorldMut<'_>,

@@ -7,16 +7,17 @@ use crate::math::{RigidBodyHandle, RigidBodySet};
 use crate::rapier::dynamics::{IslandManager, RigidBody};
 use crate::rigid::{Body, find_by};
 
-/// Sleepers are skipped only if inactive bodies outnumber the active ones by more than this. Bodies that the user woke
-/// since the last step are not among Rapier's active ones yet: a walk over all bodies finds them, and one over the
-/// active bodies [`Reader::late`] only after Rapier's step.
+/// Sleepers are skipped only if inactive bodies outnumber the active ones by more than this. A body that the user woke
+/// since the last step is not yet active for Rapier: a walk over all bodies finds it, but after a walk over the active
+/// ones only [`Reader::late`] does, once Rapier has stepped.
 const FEW: usize = 256;
 
 /// Finds the bodies that a step samples; its buffers are reused.
 #[derive(Debug, Default)]
 pub(crate) struct Reader {
-    /// Rapier's active bodies in its order, and, with the sleepers asked for, in that of their handles.
+    /// Rapier's active bodies, in its order.
     active: Vec<RigidBodyHandle>,
+    /// The same, and [`Wanted::besides`], in the order of their handles.
     sorted: Vec<RigidBodyHandle>,
     /// True if the last walk was over the active bodies.
     skips: bool,
@@ -53,7 +54,7 @@ enum Handles<'a> {
 }
 
 impl Reader {
-    /// A walk over all awake bodies that fields can move, and the sleepers that are asked for.
+    /// A walk over all awake bodies that fields can move, and the sleepers that `wanted` includes.
     pub(crate) fn walk<'a>(
         &'a mut self,
         bodies: &RigidBodySet,
@@ -75,8 +76,7 @@ impl Reader {
         }
     }
 
-    /// The bodies that are active now and were not at the last walk, in the order of their handles, if that skipped
-    /// sleepers.
+    /// If the last walk skipped sleepers: the bodies that have become active since, in the order of their handles.
     pub(crate) fn late(&self, islands: &IslandManager) -> Vec<RigidBodyHandle> {
         if !self.skips || self.knows(islands) {
             return Vec::new();
@@ -88,7 +88,7 @@ impl Reader {
         late
     }
 
-    /// Returns true if the same bodies are active.
+    /// Returns true if the active bodies are those of the last walk.
     fn knows(&self, islands: &IslandManager) -> bool {
         self.active.len() == islands.num_active_bodies()
             && self.active.iter().copied().eq(islands.active_bodies())
@@ -153,7 +153,7 @@ impl Walk<'_> {
     }
 }
 
-/// Returns true if inactive bodies outnumber the active ones so much that it is quicker to walk over the active ones.
+/// Returns true if enough bodies are inactive that a walk over the active ones is quicker.
 pub(crate) fn most_sleep(bodies: &RigidBodySet, islands: &IslandManager) -> bool {
     bodies.len() > 2 * islands.num_active_bodies() + FEW
 }

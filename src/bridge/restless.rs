@@ -7,8 +7,8 @@ use crate::rapier::dynamics::IntegrationParameters;
 use crate::rapier::geometry::ContactPair;
 use crate::rigid::{Body, Wrench, find_by, is_in_order};
 
-/// The relative resolution of balance. The same in both precisions, because with `f64`'s bodies would take minutes to
-/// settle.
+/// The relative resolution of balance. It is the same in both precisions, because with that of `f64` bodies would take
+/// minutes to settle.
 const RESOLUTION: Real = f32::EPSILON as Real;
 
 /// Forces balance if no more than this share of them is left over, which is the size of rounding.
@@ -28,7 +28,7 @@ const YIELDS: Real = 0.9;
 #[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 pub(crate) struct Drowsing(Vec<Drowsy>);
 
-/// The record of such a body from one step to the next.
+/// The record of a slow body from one step to the next.
 #[derive(Clone, Copy, Debug)]
 #[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 struct Drowsy {
@@ -48,7 +48,7 @@ struct Drowsy {
 struct Bob {
     /// The pose at which the record of this place began.
     about: Pose,
-    /// Its velocity, and its angular velocity, when each last turned back.
+    /// Its velocity and its angular velocity, each from when it last turned back.
     heading: [Vector; 2],
     /// The number of times that each has turned back at this place.
     turns: [u8; 2],
@@ -135,8 +135,8 @@ struct GroupMomentum {
     momentum: Vector,
     /// The sum of the magnitudes of the momenta.
     motion: Real,
-    /// The force on all, and the impulse in a step if nothing in it cancelled.
     force: Vector,
+    /// The impulse in a step if no forces cancelled.
     impulse: Real,
     change: Vector,
     gain: Vector,
@@ -165,13 +165,13 @@ impl GroupMomentum {
         ROUNDING * self.impulse + 4.0 * Real::EPSILON * self.motion
     }
 
-    /// Returns true if it moved in the last step as fields, gravity, the users' forces and damping alone would move it,
-    /// so that nothing outside the group holds it.
+    /// Returns true if the group moved in the last step as fields, gravity, the users' forces and damping alone would
+    /// move it, so that nothing outside the group holds it.
     fn is_free(&self) -> bool {
         (self.change - self.gain).length() <= 0.5 * self.gain.length() + self.noise()
     }
 
-    /// Returns true if its momentum stayed the same, though fields and gravity would have changed it.
+    /// Returns true if the momentum of the group stayed the same, though fields and gravity would have changed it.
     fn is_held(&self) -> bool {
         let stays = self.change.length() <= 0.5 * self.gain.length() + self.noise();
         stays && !self.is_free()
@@ -217,7 +217,7 @@ impl Balance<'_> {
                     let held = if group.known {
                         group.is_held()
                     } else {
-                        // It becomes known in the next step, unless the body sleeps by then.
+                        // The change becomes known in the next step, unless the body sleeps by then.
                         it.body.drowsy + 1.5 * self.parameters.dt < it.body.patience
                     };
                     let [moves, turns] = [self.moves(it, &group), self.turns(it)];
@@ -350,7 +350,7 @@ impl Balance<'_> {
     /// The part of an acceleration that contacts without friction leave.
     fn unresisted(&self, handle: RigidBodyHandle, acceleration: Vector) -> Vector {
         let mut left = acceleration;
-        // Removing the component into one contact may bring back that into another.
+        // Removing the component into one contact may add one into another.
         for _ in 0..4 {
             for (pair, first) in self.constraints.pushing(handle) {
                 for away in pushes(pair, first) {

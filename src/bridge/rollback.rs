@@ -35,7 +35,7 @@ impl Rollback {
         self.joints.take(world);
     }
 
-    /// Marks all copies as unused: this step cannot fail once it has begun.
+    /// Marks all copies as unused, for a step that cannot fail once it has begun.
     pub(crate) fn clear(&mut self) {
         self.count = 0;
         self.joints.clear();

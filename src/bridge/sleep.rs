@@ -1,4 +1,4 @@
-//! The rule by which fields wake sleeping bodies, and the wrenches that bodies sleep under.
+//! The rule by which fields wake sleeping bodies, and the wrenches under which bodies sleep.
 
 use crate::field::BuildError;
 use crate::math::{Real, RigidBodyHandle, to_dvec3, to_f64};
@@ -35,7 +35,7 @@ impl Default for WakePolicy {
 }
 
 impl WakePolicy {
-    /// An error if the fraction is negative or NaN.
+    /// Returns an error if the fraction is negative or NaN.
     pub(crate) fn validate(self) -> Result<(), BuildError> {
         match self {
             WakePolicy::OnChange { fraction } if fraction.is_nan() || fraction < 0.0 => {

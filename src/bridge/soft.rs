@@ -14,7 +14,7 @@ use crate::rapier::dynamics::{SoftBody, SoftBodyHandle, SoftBodySet};
 use crate::rigid::Wrench;
 use crate::sample::{Kind, Moment, Properties, SamplePoint, Samples, owner};
 
-/// A larger lack of force on a pinned soft body is told.
+/// A pinned soft body is reported if a particle lacks more than this share of a force.
 const LACKING: f64 = 0.01;
 
 /// The samples, forces and motions of the particles of soft bodies.
@@ -24,7 +24,7 @@ pub(crate) struct SoftBodies {
     samples: Samples,
     forces: Vec<Wrench>,
     particles: Particles,
-    /// By place, that is, by sample; so are the next lists.
+    /// By place, the index of a sample, like `motions`.
     states: Vec<ParticleState>,
     motions: Vec<ParticleMotion>,
     /// By place: true if part of the force was left out because of a fault.
@@ -39,8 +39,8 @@ pub(crate) struct SoftBodies {
     pub unsound: Vec<RigidBodyHandle>,
     /// The root bodies of soft bodies without volume, within reach of a field that acts on volumes.
     pub without_volume: Vec<RigidBodyHandle>,
-    /// The root bodies of soft bodies with pins, and the largest share of a force that reads velocities which one of
-    /// their particles lacks if it is held, where that is much.
+    /// The root bodies of soft bodies with pins of which a held particle would lack more than [`LACKING`] of a force
+    /// that reads velocities, each with the largest such share.
     pub lacking: Vec<(RigidBodyHandle, f64)>,
     /// Copies of the soft bodies from before the step.
     before: Vec<(SoftBodyHandle, SoftBody)>,
@@ -133,7 +133,7 @@ impl SoftBodies {
     }
 
     /// Computes the motion of all particles from the forces: the first half before Rapier's step, or the second half
-    /// after it, for which `flight` has the particles that were loaded in between.
+    /// after it, for which `flight` holds the particles that had a force during the step.
     pub(crate) fn move_all(
         &mut self,
         compiled: &Compiled,
@@ -169,7 +169,7 @@ impl SoftBodies {
         }
     }
 
-    /// Finds the soft bodies with pins on which fields that read velocities act too little.
+    /// Finds the soft bodies with pins on which fields that read velocities act too weakly.
     fn find_lacking(&mut self, dt: Real) {
         self.lacking.clear();
         if self.particles.couplings.is_empty() {
@@ -259,8 +259,8 @@ impl SoftBodies {
         self.before.extend(copies);
     }
 
-    /// Applies the motions computed before Rapier's step. Records the users' forces in `lent` if forces are put on top
-    /// of them, to restore them after the step.
+    /// Applies the motions computed before Rapier's step. If forces are added to those of users, records the latter in
+    /// `lent`, to restore them after the step.
     pub(crate) fn first_half(
         &mut self,
         policy: WakePolicy,

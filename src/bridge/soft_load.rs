@@ -54,8 +54,7 @@ pub(crate) struct LentForces {
 #[derive(Clone, Copy, Debug)]
 struct OwnForce {
     particle: usize,
-    /// The particle's position when the body was made. The parts of a torn particle inherit it, so they can be found by
-    /// it.
+    /// The particle's position when the body was made, which identifies the parts of a torn particle: they inherit it.
     rest: Vector,
     force: Vector,
 }

@@ -1,4 +1,5 @@
-//! The check that Rapier made one step between the two halves of a field step, and what is undone if it made none.
+//! The check that Rapier made one step between the two halves of a field step, and the record that undoes the first
+//! half otherwise.
 
 use super::constrained::Constraints;
 use super::restless::Drowsing;
@@ -35,11 +36,11 @@ pub(crate) enum Made {
     /// One step, as far as the witnesses show.
     One,
     None,
-    /// Steps of this length together.
+    /// Several steps, of this length together.
     More(Real),
 }
 
-/// A body by which it is recognised whether Rapier has made a step since.
+/// A body that shows whether Rapier has stepped since the mark was set.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct StepMark {
     body: RigidBodyHandle,
@@ -47,8 +48,8 @@ pub(crate) struct StepMark {
 }
 
 impl StepMark {
-    /// Marks the first of some bodies that Rapier's step moves; `None` if it moves none of them. The mark is another one
-    /// after another number of steps, so that a world put back to an earlier state does not have it.
+    /// Marks the first of some bodies that Rapier's step moves; `None` if it moves none of them. The mark depends on
+    /// the number of `steps` so far, so that a world put back to an earlier state does not have it.
     pub(crate) fn set(
         bodies: &mut RigidBodySet,
         mut of: impl Iterator<Item = RigidBodyHandle>,
@@ -67,8 +68,8 @@ impl StepMark {
     }
 }
 
-/// Makes the time for which a body has been slow one that Rapier's next step changes, and returns it: a step either
-/// resets it or adds `dt`, in which so small a number vanishes.
+/// Makes the time for which a body has been slow one that Rapier's next step changes, and returns it. A step resets
+/// the time to zero or adds `dt`, so zero is replaced by a time that is lost in the rounding of `dt`.
 fn mark(body: &mut RigidBody, number: u64) -> Real {
     let activation = body.activation_mut();
     if activation.time_since_can_sleep <= SMALLEST_TIME {
@@ -89,8 +90,8 @@ fn shows(slow_for: Real, dt: Real) -> bool {
 /// The largest number of witnesses.
 const WITNESSES: usize = 8;
 
-/// A body that moved on by more than this multiple of `dt` shows several steps; one step of a free body is measured to
-/// within an eighth.
+/// A body that has moved on for longer than this multiple of `dt` shows several steps; one step of a free body is
+/// measured to within an eighth.
 const MORE: Real = 1.5;
 
 impl Stepped {
@@ -122,8 +123,8 @@ impl Stepped {
         self.condemned.extend(copies);
     }
 
-    /// Chooses witnesses among the recorded bodies, evenly spread; if there is none, the first active body that Rapier's
-    /// step moves. `anew` if there may be bodies that Rapier has not seen yet.
+    /// Chooses witnesses among the recorded bodies, evenly spread; if there is none, the first active body that
+    /// Rapier's step moves. `anew` is true if bodies may have been added since Rapier's last step.
     pub(crate) fn choose(
         &mut self,
         bodies: &mut RigidBodySet,

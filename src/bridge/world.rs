@@ -71,9 +71,8 @@ impl WorldMut<'_> {
     }
 }
 
-/// The bodies and colliders of a world, borrowed from wherever you keep them: every question to
-/// [`Fields`](crate::Fields) takes them, as `&world` of a `PhysicsWorld`, or as
-/// `WorldRef::new(&bodies, &colliders)`. Nothing is changed through it.
+/// The bodies and colliders of a world, borrowed read only. Methods of [`Fields`](crate::Fields) that do not change
+/// the world take it, as `&world` of a `PhysicsWorld` or as `WorldRef::new(&bodies, &colliders)`.
 #[derive(Clone, Copy)]
 pub struct WorldRef<'a> {
     /// All rigid bodies.
@@ -95,7 +94,7 @@ impl<'a> From<&'a mut PhysicsWorld> for WorldRef<'a> {
 }
 
 impl<'a> WorldRef<'a> {
-    /// Of sets that you keep yourself.
+    /// Borrows sets that are kept outside of a `PhysicsWorld`.
     pub fn new(bodies: &'a RigidBodySet, colliders: &'a ColliderSet) -> Self {
         WorldRef { bodies, colliders }
     }

@@ -1,4 +1,4 @@
-//! Writes into Rapier's bodies, and their removal after the step.
+//! Writes to Rapier's bodies and colliders, before and after its step.
 
 use super::constrained::Constraints;
 use super::world::WorldMut;
@@ -44,7 +44,7 @@ impl VelocityUpdate {
     }
 }
 
-/// Puts bodies at poses computed anew, with their colliders; returns the number of poses.
+/// Writes recomputed poses and velocities, and moves the colliders along; returns the number of bodies.
 pub(crate) fn place(
     bodies: &mut RigidBodySet,
     colliders: &mut ColliderSet,

@@ -80,8 +80,8 @@ impl SavedJoints {
         }
         let was = self.velocities.iter().filter(|(of, _)| *of == index);
         let (had, has) = (was.clone().count(), multibody.ndofs());
-        // If the number of degrees of freedom has changed, Rapier's step has fixed the root of a new multibody, which
-        // stays so.
+        // If the number of degrees of freedom has changed, Rapier's step has fixed the root of a new multibody, and the
+        // root is not restored.
         let root = usize::from(had != has);
         let joints = multibody.links_mut().zip(links).skip(root);
         joints.for_each(|(now, was)| now.joint = was.joint);
