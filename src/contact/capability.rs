@@ -10,8 +10,8 @@ use crate::rapier::parry::shape::ShapeType;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[non_exhaustive]
 pub enum Capability {
-    /// Exact to rounding: two balls, or a ball and a half-space. Swept detection computes them in 64 bits, but asks
-    /// Parry where the half-space turns.
+    /// Exact to rounding: two balls, or a ball and a half-space. Swept detection computes them in 64 bits, but uses
+    /// Parry's distance if the half-space turns.
     Exact,
     /// By Parry, to a few roundings of the size of the parts (in [`Real`](crate::math::Real)): a ball on a convex shape
     /// by projection, all others by the contact manifolds that Rapier uses too. Swept detection finds the time of
@@ -154,7 +154,7 @@ mod tests {
     }
 
     #[test]
-    fn the_table_says_what_parry_finds() {
+    fn the_table_agrees_with_parry() {
         let mut wrong = Vec::new();
         for one in shapes() {
             for two in shapes() {

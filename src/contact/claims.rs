@@ -132,8 +132,8 @@ impl Claims {
         law.filter(|law| *law != ContactLaw::Observe)
     }
 
-    /// The same for one step, without the pairs in `released`, on which no field acts at their present poses, and
-    /// without pairs in which one dynamic body [dominates](is_dominated) the other.
+    /// As [`Self::law`], for one step: also `None` for pairs in `released`, on which no field acts at their present
+    /// poses, and for pairs in which one dynamic body [dominates](is_dominated) the other.
     pub(super) fn law_now(
         &self,
         pair: [ColliderHandle; 2],

@@ -110,7 +110,7 @@ pub(super) fn first_touch_of_distance(
             let closing = last.is_some() || gap(soon).is_none_or(|g| g < seen);
             if closing {
                 return Some(if seen < 0.0 {
-                    // Until the way is far below the tolerance; zero for parts that overlap from the beginning.
+                    // Until the remaining way is far below the tolerance; zero for parts that overlap from the start.
                     let halvings = (32.0 * speed * (time - before) / tolerance).log2().ceil();
                     let halvings = halvings.clamp(0.0, f64::from(BISECTIONS)) as u32;
                     bisect([before, time], halvings, |t| gap(t).is_none_or(|g| g > 0.0))
@@ -162,7 +162,7 @@ mod tests {
 
     /// Late in a step at high speed, the resolution of time is coarser than the tolerance.
     #[test]
-    fn a_root_between_two_moments_is_found() {
+    fn a_root_between_two_representable_times_is_found() {
         for k in 1..100 {
             let at = 3.0 + f64::from(k) * 0.012_345_678_9;
             let fast = of(|t| [1e3 * (at - t) + 1e-14, -1e3], 0.0);
@@ -172,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn a_graze_is_told_from_a_miss() {
+    fn a_graze_is_distinguished_from_a_miss() {
         let near = |least: f64| {
             of(
                 move |t| [(t - 0.7) * (t - 0.7) + least, 2.0 * (t - 0.7)],
@@ -185,7 +185,7 @@ mod tests {
     }
 
     #[test]
-    fn parting_is_no_touch_and_what_follows_is_found() {
+    fn parts_that_separate_touch_only_once_they_approach_again() {
         let hop = of(|t| [t * (1.0 - t), 1.0 - 2.0 * t], 2.0);
         assert_eq!(
             first_touch([0.0, 2.0], 1e-15, &hop).map(|t| (t * 1e9).round()),
@@ -199,7 +199,7 @@ mod tests {
     }
 
     #[test]
-    fn closeness_without_touch_ends_and_a_late_touch_is_bracketed() {
+    fn a_search_without_touch_ends_and_a_late_touch_is_bracketed() {
         let skim = of(
             |t| [1e-13 + 1e-14 * (40.0 * t).sin(), 4e-13 * (40.0 * t).cos()],
             1.0,
@@ -214,7 +214,7 @@ mod tests {
     }
 
     #[test]
-    fn distances_alone_do_too() {
+    fn a_touch_is_found_from_distances_alone() {
         let fall = |t: f64| Some(1.0 - t * t);
         let found = first_touch_of_distance([0.0, 2.0], 1e-9, 4.0, fall).expect("a root");
         assert!((found - 1.0).abs() < 1e-9, "{found}");

@@ -1,4 +1,4 @@
-//! A body as the laws see it: its velocities at the moment of an answer, and its response to impulses.
+//! A body for the contact laws: its velocities at the moment of an answer, and its response to impulses.
 
 use super::starts::{BodyStart, pivot};
 use crate::math::{DQuat, DVec3, Vector, to_dpose3, to_dvec3};
@@ -89,8 +89,8 @@ impl ContactBody {
         rotor.angvel(self.attitude, angular_impulse * *may_turn) * *may_turn
     }
 
-    /// The angular impulse of an impulse at `point`; zero if it is within the rounding of the places, so that a ball that
-    /// is swept into another without friction does not begin to spin. Points that Parry finds are rounded to
+    /// The angular impulse of an impulse at `point`; zero if it is within the rounding of the places, so that a ball
+    /// that is swept into another without friction does not begin to spin. Points that Parry finds are rounded to
     /// [`Real`](crate::math::Real), and may still make it spin.
     fn angular_impulse(&self, point: DVec3, impulse: DVec3) -> DVec3 {
         let turning = (point - self.com).cross(impulse);
@@ -126,7 +126,7 @@ impl ContactBody {
     }
 }
 
-/// The sum of two vectors, where axes that cancel to rounding are set to zero, so that a stopped ball stands still.
+/// The sum of two vectors. Axes that cancel to rounding are set to zero, so that a stopped ball stands still.
 fn added(a: DVec3, b: DVec3) -> DVec3 {
     let axis = |a: f64, b: f64| {
         let sum = a + b;

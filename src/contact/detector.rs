@@ -56,7 +56,7 @@ pub(crate) struct SweptStep<'a, A> {
     pub verdicts: &'a Verdicts,
 }
 
-/// Without a detection field.
+/// A detector without detection fields.
 impl Default for Detector {
     fn default() -> Self {
         Detector::new(&Compiled::default(), Detection::default())

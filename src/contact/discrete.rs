@@ -35,7 +35,7 @@ pub(super) struct Discrete {
     near: NearPairs,
     /// A buffer for the contact points of a pair.
     points: Vec<ManifoldPoint>,
-    /// By solid: true if it is as it was at the previous [`Discrete::gather`].
+    /// By solid: true if it has not changed since the previous [`Discrete::gather`].
     still: Vec<bool>,
     known: KnownPairs,
     /// The balls and solids of the previous [`Discrete::gather`].
@@ -55,7 +55,7 @@ struct Ball {
     placed: PlacedBall,
 }
 
-/// The balls of a body, or a ball without one.
+/// The balls of a body, or a ball without a body.
 #[derive(Debug)]
 struct BallCluster {
     balls: Range<usize>,

@@ -64,8 +64,8 @@ pub(super) struct NextTouch {
 }
 
 impl NextTouch {
-    /// The displacement of a collider until the touch, and on into the other: overlaps below half the allowed error are
-    /// not told from touching, and a region may end at the surface.
+    /// The displacement of a collider until the touch, and on into the other: an overlap below half the allowed error
+    /// counts as touching, and a region may end at the surface.
     fn way(&self, collider: ColliderHandle, into: Vector) -> Vector {
         match self.pair.iter().position(|it| *it == collider) {
             Some(0) => self.ways[0] + into,
@@ -124,8 +124,8 @@ impl FieldMasks {
     }
 
     /// Returns true if a detection field acts on `other` at a place, after its operators: it is not replaced or cut out
-    /// there, and the place is in its region. A collider that is no sample (fixed or kinematic) is judged at the sample
-    /// of the field's owner.
+    /// there, and the place is in its region. A collider without a sample (fixed or kinematic) is judged at the
+    /// sample of the field's owner.
     pub(super) fn acts_on(
         &mut self,
         fields: DetectionFields<'_>,

@@ -8,15 +8,14 @@ use crate::field::ContactLaw;
 use crate::math::{ColliderHandle, Real};
 
 /// A pair is handed over once it was answered in this number of steps running and overlaps after each, or once it
-/// went deeper than before this number of times. A pair that Rapier's solver held for more steps running is not
-/// watched.
+/// went deeper than before this number of times. A pair that was Rapier's for more steps running is not watched.
 const STEPS: u8 = 3;
 
 /// A depth that grows by less than this share counts as unchanged.
 const SAME_DEPTH: Real = 1.0e-3;
 
-/// A pair that comes out to less than this share of its largest overlap, or of which Rapier's solver would leave as
-/// much, is counted anew.
+/// The count of a pair that goes deeper starts anew once its overlap shrinks below this share of its largest one, or to
+/// the allowed error of Rapier's solver.
 const RECOVERED: Real = 0.5;
 
 /// A pair is reported if its overlap is beyond this many times the allowed error of Rapier's solver, which alone leaves
@@ -36,10 +35,10 @@ struct WatchedPair {
     deepest: Real,
     /// Steps running in which it was answered, by a law that loses speed, and overlapped at the end.
     answered: u8,
-    /// Times that it went deeper than before. Where it is deep they need not follow each other: what is squeezed goes
-    /// down and up.
+    /// Times that it went deeper than before. Beyond Rapier's allowed error these need not be consecutive, because the
+    /// depth of a squeezed body goes up and down.
     deeper: u8,
-    /// Steps running in which Rapier's solver had it.
+    /// Steps running in which fields neither answered it nor lifted it off Rapier's solver.
     quiet: u8,
     given: bool,
 }

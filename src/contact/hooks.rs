@@ -1,5 +1,4 @@
-//! Physics hooks that take the contacts which fields answer away from Rapier's solver, and pass all others on to the
-//! user's hooks.
+//! Physics hooks that call the user's hooks, and then take contacts which fields answer off Rapier's solver.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
@@ -102,10 +101,10 @@ pub(crate) struct Verdicts {
 /// friction of the law and no restitution. Contact points that approach or separate fast are moved apart so that the
 /// solver finds nothing to do there: they are impacts, which the fields answer. A pair that was answered in three steps
 /// running by a law that loses speed and still overlaps, or that went deeper than before three times, is left to Rapier
-/// until it separates; springs are not.
+/// until it separates, unless its law is [`Penalty`](crate::ContactLaw::Penalty).
 ///
-/// All other pairs go to the user's hooks, for the colliders whose own `active_hooks` ask for it. A contact that the
-/// user's hooks remove is answered by neither side.
+/// The user's hooks are called first, for the colliders whose own `active_hooks` request it. A contact that they remove
+/// is answered by neither side.
 pub struct StepHooks<'a> {
     pub(crate) claims: &'a Claims,
     pub(crate) listening: &'a Listening,
@@ -119,7 +118,7 @@ pub struct StepHooks<'a> {
 }
 
 impl StepHooks<'_> {
-    /// Returns true if the user's own hook bits ask for this hook on one of two colliders.
+    /// Returns true if the user's own hook bits request this hook on one of two colliders.
     fn is_users(
         &self,
         pair: [ColliderHandle; 2],
@@ -168,7 +167,7 @@ impl StepHooks<'_> {
         for contact in manifold.solver_contacts.iter_mut() {
             let point = (contact.anchor1 + contact.anchor2) * 0.5;
             let closing = (velocity(0, point) - velocity(1, point)).dot(normal);
-            // A speed that is not finite is left to Rapier as well.
+            // False for NaN, which is left to Rapier as well.
             let fast = closing.abs() >= slow;
             if !fast {
                 continue;

@@ -84,7 +84,7 @@ impl Sweep {
                 own.iter_mut()
                     .for_each(|meeting| meeting.lay_down(falls, &mut movers));
             } else if self.rests(&own[0], &movers, &spots[0], dt) {
-                // It is answered once more and then left alone, so that an endless series of bounces comes to rest.
+                // The contact is answered once more and then left alone, so that an endless series of bounces ends.
                 self.settled.insert(event.parts);
             }
             if matches!(law, ContactLaw::Impulse { restitution, .. } if restitution < 1.0) {

@@ -111,7 +111,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn one_is_a_division() {
+    fn a_single_row_is_a_division() {
         assert_eq!(solve(&[4.0], &[2.0]), [0.5]);
         assert_eq!(solve(&[4.0], &[-2.0]), [0.0]);
         assert_eq!(solve(&[0.0], &[1.0]), [0.0]);
@@ -119,8 +119,8 @@ mod tests {
     }
 
     #[test]
-    fn who_would_be_pulled_is_let_go() {
-        // Alone, each wants 1; together the second would be negative.
+    fn a_row_that_would_become_negative_is_dropped() {
+        // Alone, the rows give 1 and 0.5; together the second would be negative.
         let x = solve(&[2.0, 1.9, 1.9, 2.0], &[2.0, 1.0]);
         assert_eq!(x, [1.0, 0.0]);
         let x = solve(&[2.0, -1.0, -1.0, 2.0], &[1.0, 1.0]);
@@ -131,14 +131,13 @@ mod tests {
     }
 
     #[test]
-    fn copies_of_a_row_do_not_disturb() {
+    fn equal_rows_are_solved_as_one() {
         let x = solve(&[1.0, 1.0, 1.0, 1.0], &[3.0, 3.0]);
         assert!((x[0] + x[1] - 3.0).abs() < 1e-14, "{x:?}");
     }
 
-    /// Random problems: the conditions themselves are the test.
     #[test]
-    fn conditions_hold() {
+    fn solutions_of_random_problems_meet_the_conditions() {
         let mut seed = 7_u64;
         let mut random = || {
             seed = seed

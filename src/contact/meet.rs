@@ -9,8 +9,8 @@ use crate::rapier::geometry::Collider;
 use crate::rapier::parry::query::{ShapeCastOptions, cast_shapes};
 use crate::rigid::{Lookup, local_pose};
 
-/// The next touch of two colliders within two steps, if nothing else hits them, or the place where they are nearest if they
-/// pass by closely. Rotation is ignored, and that Rapier's paths are bent within a step.
+/// The next touch of two colliders within two steps, if nothing else hits them, or the place where they are nearest if
+/// they pass by closely. Rotation is ignored, and so is the curvature of Rapier's paths within a step.
 pub(super) fn next_touch(
     starts: &Starts,
     pair: [ColliderHandle; 2],
@@ -56,8 +56,8 @@ pub(super) fn next_touch(
     let (one, two) = (one.shape(), two.shape());
     let hit = cast_shapes(&here, first, one, &there, second, two, options);
     let Some(hit) = hit.ok().flatten() else {
-        // Rapier's solver also pushes what passes by closely, as it takes the surfaces for planes until the next step. So
-        // such a pair belongs to the side that would answer a touch here.
+        // Rapier's solver treats surfaces as planes until the next step, so it also pushes parts that pass by closely.
+        // Such a pair belongs to the side that would answer a touch here.
         let reach = (first - second).length() * starts.dt() + far + 4.0 * starts.rebound();
         let near = nearest(shapes, &relative, reach).ok().flatten()?;
         let across = here.rotation * near.normal1 * (near.dist + depth);

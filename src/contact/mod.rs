@@ -1,4 +1,5 @@
-//! Contacts of detection fields: which colliders touch, and how the fields answer (§3.3 of the paper).
+//! Contacts of detection fields: which colliders touch, and how the fields answer (§3.3 of the paper *A Unified
+//! Framework for Collision Detection, Avoidance, and Response*).
 //!
 //! `detector.rs` is the entry: `discrete.rs` finds overlaps at the end of a step, `sweep.rs` touches within it.
 //! `solve.rs` answers contacts by their laws. `hooks.rs` keeps Rapier's solver from answering the same contacts, and

@@ -53,7 +53,7 @@ pub(super) struct NearPairs {
     replaced: usize,
     /// By index: true if the place has left its box.
     has_left: Vec<bool>,
-    /// The pairs, in an order that depends on the past. Within a pair the lower index is first, except that an
+    /// The pairs, in an order that depends on earlier steps. Within a pair the lower index is first, except that an
     /// unbounded one is last. At least one of a pair is dynamic.
     pub list: Vec<[u32; 2]>,
 }
@@ -142,8 +142,8 @@ impl NearPairs {
 mod tests {
     use super::*;
 
-    /// Boxes of several sizes on bent paths, some faster than their boxes are wide; the last is a half-space, and one is
-    /// at times nowhere.
+    /// Boxes of several sizes on bent paths, some faster than their boxes are wide. The last is a half-space, and the
+    /// centre of one is at times not finite.
     fn places(step: usize) -> Vec<Place> {
         let at = |number: usize, step: usize| {
             let (k, time) = (number as Real, step as Real * 0.02);
@@ -165,9 +165,9 @@ mod tests {
         (0..100).map(place).collect()
     }
 
-    /// However far places move between steps, each pair that meets is there once.
+    /// Also if places move far between steps.
     #[test]
-    fn holds_every_pair_that_meets_once() {
+    fn each_pair_that_meets_is_listed_once() {
         let mut near = NearPairs::default();
         let (mut made, mut replaced) = (0, 0);
         for step in 0..300 {
@@ -197,7 +197,7 @@ mod tests {
     }
 
     #[test]
-    fn notices_another_list_of_places() {
+    fn a_list_of_another_length_replaces_all_boxes() {
         let mut near = NearPairs::default();
         for count in [100, 3, 0, 100] {
             let first = 100 - count;

@@ -66,7 +66,7 @@ impl PlacedBall {
             return None;
         }
         let distance = apart.length();
-        // With equal centres every direction is as good; Rapier takes +y too.
+        // With equal centres any direction is valid; Rapier takes +y too.
         let normal = if distance > 0.0 {
             apart / distance
         } else {

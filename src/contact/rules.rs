@@ -32,7 +32,7 @@ impl ResponderRules {
         rule.map_or(self.everywhere, |(_, responder)| *responder)
     }
 
-    /// Returns true if fields answer a contact, which the user's hooks have not removed.
+    /// Returns true if fields answer a contact and the user's hooks have not removed it.
     pub(crate) fn answers(&self, contact: &FieldContact, vetoed: &Pairs) -> bool {
         self.of(contact.colliders) != Responder::Rapier && !vetoed.contains(&contact.colliders)
     }
@@ -43,7 +43,7 @@ impl ResponderRules {
         self.everywhere != Responder::Rapier || all.any(|r| *r != Responder::Rapier)
     }
 
-    /// Returns true if Rapier leaves any contact to the fields.
+    /// Returns true if any contact is answered by the fields instead of Rapier.
     pub(crate) fn claim_any(&self) -> bool {
         let mut all = self.among.iter().map(|(_, responder)| responder);
         self.everywhere == Responder::Fields || all.any(|r| *r == Responder::Fields)

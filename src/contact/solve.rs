@@ -2,8 +2,8 @@
 //!
 //! Contacts that happen at once are answered in rounds. In each round, the contacts that approach are resolved
 //! together: normal impulses λ ≥ 0 such that no contact of the round approaches, or separates more slowly than its
-//! restitution asks, and none is pulled (Moreau's law of impact, a linear complementarity problem). Rounds follow until
-//! no contact approaches, or [`ROUNDS`] were made. Each keeps momentum and adds no energy.
+//! restitution requires, and none is pulled (Moreau's law of impact, a linear complementarity problem). Rounds follow
+//! until no contact approaches, or [`ROUNDS`] were made. Each keeps momentum and adds no energy.
 
 use super::contact_body::ContactBody;
 use super::lcp;
@@ -81,8 +81,8 @@ impl Meeting {
         (first - second).dot(self.normal)
     }
 
-    /// Turns an impact into a lasting contact. If it `falls`, the approach is taken away and the acceleration into the
-    /// contact as well. Otherwise Rapier holds it already, and it is not answered.
+    /// Turns an impact into a lasting contact. If `falls`, because the contact was lifted off Rapier's solver, the
+    /// approach and the acceleration into the contact are removed. Otherwise Rapier holds it, and it is not answered.
     pub(super) fn lay_down(&mut self, falls: bool, movers: &mut [ContactBody]) {
         if !falls {
             self.law = ContactLaw::Observe;
@@ -211,7 +211,7 @@ impl Solver<'_> {
         }
     }
 
-    /// Applies the laws that act once a step, all by the velocities from before.
+    /// Applies the laws that act once a step, all with the velocities before any of them.
     fn push_once(&mut self) {
         let pushes = self.meetings.iter().map(|it| self.push_of(it));
         let pushes: Vec<[DVec3; 2]> = pushes.collect();
@@ -253,8 +253,8 @@ impl Solver<'_> {
         }
     }
 
-    /// Solves the springs of a cluster together: λ/dt = k·depth + c·(approach − the part of it that the λ remove), λ ≥
-    /// 0.
+    /// Solves the springs of a cluster together, for λ ≥ 0:
+    /// λ/dt = k·depth + c·(approach − the part of it that the λ remove).
     fn damp(&mut self, cluster: &[usize], dt: f64) {
         let mut matrix = self.couplings(cluster);
         let mut wanted = Vec::with_capacity(cluster.len());

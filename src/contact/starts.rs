@@ -33,7 +33,7 @@ pub(super) struct BodyStart {
 pub(super) struct FreeTurn {
     /// At the end of Rapier's step.
     pub momentum: DVec3,
-    /// Of the free rotation from the attitude at the start to about that at the end.
+    /// Of the free rotation that leads from the attitude at the start approximately to that at the end.
     pub mean: DVec3,
     /// The mean torque, which bends the rotation about that free one, and its rate of change.
     pub torque: DVec3,
@@ -62,9 +62,10 @@ struct StepSetting {
 /// The share of the kicks of a step that a body got before Rapier's step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum KickShare {
-    /// Half of them. The other half follows, so the path is bent by both as by gravity. `free`: the kicks also contain
-    /// Rapier's own pull, which was taken off before its step.
+    /// Half of them. The other half follows, so the path is bent by both as by gravity.
     Half {
+        /// True if the kicks also contain gravity and the user's force, and the velocity that Rapier's step adds for
+        /// these was subtracted before it.
         free: bool,
     },
     Whole,
@@ -328,10 +329,10 @@ impl Starts {
         known.map_or(0.0, |start| start.acceleration().length())
     }
 
-    /// The resting threshold: contacts that approach or separate more slowly last, and Rapier holds them. They would
-    /// rebound within two steps, or lower than Rapier's solver tells from touching. Under laws without loss the limit
-    /// is the speed that one step's acceleration makes, or energy would be lost. Zero, so that no contact lasts, if
-    /// nothing accelerates the two bodies or if a spring holds them.
+    /// The resting threshold: contacts that approach or separate more slowly last, and Rapier holds them. Their rebound
+    /// would rise for less than two steps, or less high than Rapier's allowed linear error. Under laws without loss the
+    /// limit is the speed gained in one step, or energy would be lost. Zero, so that no contact lasts, if nothing
+    /// accelerates the two bodies or if a spring holds them.
     pub(super) fn slow(&self, law: ContactLaw, bodies: [Option<RigidBodyHandle>; 2]) -> Real {
         let pressed = bodies.map(|body| self.pressed(body));
         let pressed = pressed[0].max(pressed[1]);

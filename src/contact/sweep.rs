@@ -31,7 +31,7 @@ const MOST_PER_BODY: usize = 256;
 /// Touches closer in time than this share of the step happen at once, because rounding decides which is first.
 const AT_ONCE: f64 = 1e-12;
 
-/// A pair of parts that loses speed and meets more often than this in one step would meet without end. From then on it
+/// A pair of parts that loses speed and meets more often than this in one step would meet endlessly. From then on it
 /// is left alone for `dt` / [`LOOKS`] after each impact.
 const LASTING: u32 = 32;
 const LOOKS: f64 = 64.0;
@@ -50,7 +50,7 @@ pub(super) struct Sweep {
     /// For pairs of parts that lose speed when they meet: the number of impacts, and the time until which they are left
     /// alone.
     pub(super) lasting: HashMap<[usize; 2], (u32, f64)>,
-    /// Pairs of bodies that may meet, by the motion predicted at the start of the step, and the bounds of that.
+    /// Pairs of bodies that may meet, by the bounds of the motion predicted at the start of the step.
     pub(super) near: NearPairs,
     places: Vec<Place>,
     /// The indices of bodies that an impact has put on another path, with the bounds of the rest of it.
@@ -131,7 +131,7 @@ impl Sweep {
         exhausted
     }
 
-    /// Stops the bodies of touches that are beyond the limit where they touch.
+    /// Stops bodies where they touch, for touches beyond the limit of impacts.
     fn hold(&mut self, batch: &[Event], world: &SweptWorld<'_, impl Lookup>) {
         for number in batch.iter().flat_map(|event| event.tracks) {
             let track = &mut self.tracks.list[number];
@@ -295,7 +295,7 @@ impl Sweep {
         self.lasting.get(&parts).map_or(0.0, |(_, until)| *until)
     }
 
-    /// Counts an impact of two parts that lose speed.
+    /// Counts an impact of two parts whose law loses speed.
     pub(super) fn count(&mut self, parts: [usize; 2], time: f64, dt: f64) {
         let (times, until) = self.lasting.entry(parts).or_default();
         *times += 1;

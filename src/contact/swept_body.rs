@@ -47,9 +47,9 @@ pub(super) struct SweptBody {
     /// Its angular momentum after Rapier's step, if a torque bends its rotation.
     end_momentum: Option<DVec3>,
     local_com: DVec3,
-    /// The time of its last impact, and the acceleration and torque by fields that are assumed from then on, if it is
-    /// moved within the step.
+    /// The time of its last impact.
     pub hit_at: Option<f64>,
+    /// The acceleration and torque by fields that are assumed from then on, if it is moved within the step.
     pub presumed: Option<[DVec3; 2]>,
     /// The velocity of the path minus that with which the body answers impacts: substeps arrive at a place that does
     /// not follow from their velocities.
@@ -115,8 +115,8 @@ impl SweptBody {
         self.still.is_some() && self.generation == 0
     }
 
-    /// Computes the rotation of the path, which only bodies that may meet another need, and [round](Self::round) ones
-    /// that do.
+    /// Computes the resistance, and the rotation of the path. Only bodies that may meet another need them, and
+    /// [round](Self::round) ones only once they do.
     pub(super) fn prepare(&mut self, world: &SweptWorld<'_, impl Lookup>) {
         let (None, Some(handle)) = (self.resistance, self.body) else {
             return;
@@ -163,7 +163,7 @@ impl SweptBody {
         }
     }
 
-    /// The body as a response needs it, at a moment; `None` before [`Self::prepare`].
+    /// The body at a moment, for the contact laws; `None` before [`Self::prepare`].
     pub(super) fn mover(&self, time: f64) -> Option<ContactBody> {
         let attitude = self.path.attitude(time);
         Some(ContactBody {
@@ -344,7 +344,7 @@ fn way([from, to]: [DVec3; 2], start: &BodyStart, body: &RigidBody, dt: f64) -> 
     }
     let expected = (linvel + acceleration * (0.5 * dt)) * dt;
     let off = from + expected - to;
-    // A force that is far from linear in time within the step does not lead to where the body went.
+    // If the force is far from linear in time within the step, the cubic misses the place where the body went.
     let jerk = to_dvec3(start.jerk);
     let bent = jerk * (dt * dt * dt / 12.0);
     if jerk != DVec3::ZERO && (off - bent).length() < off.length() {

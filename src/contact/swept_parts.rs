@@ -15,7 +15,7 @@ pub(super) struct SweptPart {
     pub part: ContactPart,
     /// From the centre of mass to the collider's frame, in the body's axes.
     pub arm: DVec3,
-    /// The rotation of that frame relative to the body; none for a ball.
+    /// The rotation of that frame relative to the body; the identity for a ball.
     pub rotation: DQuat,
     pub shape: SharedShape,
     pub form: Form,
@@ -63,7 +63,7 @@ impl SweptBodies {
             let mut first = self.parts.len();
             let start = starts.of(handle, body);
             let still = start.is_still(body);
-            // The parts of a level stand for themselves, since nothing moves them together.
+            // Each part of a level gets its own track, since a level may have many.
             let apart = still && !body.is_dynamic();
             let local_com = to_dvec3(pivot(body));
             let track = || SweptBody::of_body(&start, body, local_com, dt);

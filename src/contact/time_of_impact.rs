@@ -11,7 +11,7 @@ use crate::rapier::geometry::Aabb;
 use crate::rapier::parry::bounding_volume::BoundingVolume;
 use crate::rapier::parry::query::{Contact, Unsupported};
 
-/// A gap of fewer roundings of the coordinates, in 64 bits, counts as touching.
+/// A gap below this share of the coordinates, some roundings in 64 bits, counts as touching.
 const EXACT: f64 = 16.0 * f64::EPSILON;
 
 /// A part of a body, on the body's path.
@@ -122,7 +122,7 @@ impl Approach {
     }
 }
 
-/// Two balls. The value is the difference of the squares, which is smooth even at equal centres.
+/// Two balls. The value is the square of the distance minus that of `reach`, which is smooth even at equal centres.
 fn balls([a, b]: SweptPair<'_>, reach: f64, span: [f64; 2]) -> Option<f64> {
     let (one, two) = (&a.track.path, &b.track.path);
     let approach = Approach::new([a, b], span);
@@ -182,7 +182,7 @@ fn plane([a, b]: SweptPair<'_>, normal: DVec3, radius: f64, span: [f64; 2]) -> O
 }
 
 /// Returns true if two parts may touch in `span`, by the distance kept for the pair. Distances are kept only for pairs
-/// of which [`time_of_impact`] would have to ask Parry.
+/// of which [`time_of_impact`] needs Parry's distance.
 pub(super) fn may_touch([a, b]: SweptPair<'_>, span: [f64; 2], known: &mut Separations) -> bool {
     if !a.is_solid() && !b.is_solid() {
         return true;
@@ -340,7 +340,7 @@ fn spot([a, b]: SweptPair<'_>, time: f64) -> Option<ContactPoint> {
     match [a.member.form, b.member.form] {
         [Form::Ball { radius }, Form::Ball { radius: other }] => {
             let (from, to) = (a.place(time), b.place(time));
-            // With equal centres every direction is as good; Rapier takes +y too.
+            // With equal centres any direction is valid; Rapier takes +y too.
             let normal = (to - from).try_normalize().unwrap_or(DVec3::Y);
             let depth = radius + other - (to - from).length();
             Some(ContactPoint {

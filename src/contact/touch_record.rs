@@ -18,7 +18,7 @@ pub(crate) struct TouchRecord {
     pub ways: [TouchWay; 2],
 }
 
-/// The path of a part to a touch, and on without it. Times are since the step began.
+/// The path of a part to a touch, and beyond it as if the touch were not answered. Times are since the step began.
 #[derive(Clone, Debug)]
 pub(crate) struct TouchWay {
     pub body: Option<RigidBodyHandle>,
@@ -119,14 +119,14 @@ mod altered {
             self.path.acceleration += acceleration;
         }
 
-        /// Turns on steadily as it has begun.
+        /// Replaces the rotation by a steady one with the initial angular velocity.
         pub(crate) fn straighten(&mut self) {
             let attitude = self.path.attitude(0.0);
             let angvel = self.path.angvel(0.0, attitude);
             self.path.turn = Turn::Steady { attitude, angvel };
         }
 
-        /// The same path, replaced by another motion from a moment on.
+        /// The path from a moment on, displaced by `leap`.
         pub(crate) fn anew(self, from: f64, leap: DVec3) -> Self {
             let path = BodyPath {
                 from,

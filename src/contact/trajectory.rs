@@ -197,7 +197,7 @@ impl BodyPath {
         let torque = acceleration.length() + jerk.length() * half;
         let added = torque * half;
         let whole = angvel + added;
-        // The unbent angular velocity is rotated by the bend, which adds this acceleration.
+        // The bend rotates the unbent angular velocity, which adds `added * angvel`.
         RotationBounds {
             angvel: whole,
             acceleration: whole * whole + spin_up + torque + added * angvel,
@@ -209,9 +209,8 @@ impl BodyPath {
 mod tests {
     use super::*;
 
-    /// Velocities are what places and attitudes change by, and accelerations what velocities do.
     #[test]
-    fn rates_are_those_of_the_path() {
+    fn velocities_and_accelerations_are_derivatives_of_the_path() {
         let path = BodyPath {
             from: 0.25,
             com: DVec3::new(1.0, -2.0, 0.5),
