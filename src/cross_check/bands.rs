@@ -4,15 +4,15 @@
 //! [`CrossCheckReport::band`] for lengths, and that divided by the length of the line that gives the normal for angles.
 //!
 //! **Other parts** have manifolds, of which Parry keeps the points while the parts have turned by less than 1° and
-//! shifted by less than 1e-3 relative to each other. Rapier's are kept, those of the fields made anew. The manifold
-//! itself shows by how much it is out of date: its normals on the two parts differ by the turn, and its points on the
-//! two parts by the shift. A depth changes by no more than the surfaces move, so the band grows by the shift, and by
+//! shifted by less than 1e-3 relative to each other. Rapier keeps its manifolds, the fields make theirs anew. How far a
+//! manifold is out of date shows in itself: its normals on the two parts differ by the turn, and its points on the two
+//! parts by the shift. A depth changes by no more than the surfaces move, so the band grows by the shift, and by
 //! the turn times the largest distance between two points of the overlap, which is the size of the smaller part. Beyond
 //! Parry's limits the band does not grow.
 //!
 //! For polyhedra Parry's search for the distance ends at a relative error of √(10 ε), 1e-3 in 32 bits; the distance of
-//! cuboids is computed directly. Its search for the depth ends at 100 ε of one, or of their size. A direction along
-//! which the distance is short by a share s is off by an angle of √(2 s).
+//! cuboids is computed directly. Its search for the depth ends at 100 ε, times their size if that is above one. A
+//! direction along which the distance is too short by a share s is off by an angle of √(2 s).
 
 use super::report::CrossCheckReport;
 use super::sighting::RapierPoint;
@@ -26,11 +26,11 @@ const MOST_TURN: Real = 0.0175;
 /// The number of units in the last place at which Parry's search for the depth of polyhedra ends.
 const SEARCH: Real = 100.0;
 
-/// The largest differences at a contact that are no disagreement.
+/// The largest differences at a contact that are not disagreements.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bands {
-    /// For depths and points.
     pub depth: Real,
+    /// For points of contact.
     pub point: Real,
     /// For normals, in radians.
     pub normal: Real,

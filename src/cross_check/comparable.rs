@@ -10,8 +10,8 @@ use crate::rapier::dynamics::IntegrationParameters;
 use crate::rapier::geometry::{Collider, NarrowPhase};
 use crate::rigid::Lookup;
 
-/// Colliders with a detection field, each once and in the order of their handles, so that a walk over them meets a
-/// world's colliders as they lie in memory.
+/// Colliders with a detection field, each once and in the order of their handles, so that a walk over them visits a
+/// world's colliders in the order of memory.
 #[derive(Debug, Default)]
 pub(crate) struct Watched(Vec<WatchedCollider>);
 
@@ -56,7 +56,7 @@ impl Watched {
     }
 }
 
-/// Returns true if the fields look at a pair and the settings watch it.
+/// Returns true if a collider of the pair has a detection field and the settings watch the pair.
 pub(super) fn is_watched(
     settings: &CrossCheck,
     watched: &Watched,
@@ -79,7 +79,7 @@ pub(crate) struct Judging<'a, W> {
 }
 
 impl<W: Lookup> Judging<'_, W> {
-    /// Returns true if the fields look at a pair and the settings watch it.
+    /// See [`is_watched`].
     pub(super) fn watches(&self, pair: [ColliderHandle; 2]) -> bool {
         is_watched(self.settings, self.watched, pair)
     }

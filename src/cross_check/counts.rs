@@ -13,7 +13,7 @@ pub struct ContactCounts {
     pub only_field: u64,
     /// Found by Rapier only.
     pub only_rapier: u64,
-    /// Found by one side only, and too shallow to be told from rounding.
+    /// Found by one side only, with a depth within rounding.
     pub within_band: u64,
     /// Found by both, with depths that differ by more than the band.
     pub depth: u64,
@@ -57,22 +57,22 @@ pub struct NotComparable {
     pub removed: u64,
     /// Rapier updated contacts more than once in the step (`max_ccd_substeps` above 1), at poses within it.
     pub ccd_substeps: u64,
-    /// Rapier may have kept the contact of an earlier step, because the check [lets
-    /// it](crate::cross_check::CrossCheck::let_recycle).
+    /// Rapier may have reused the contact of an earlier step, because of
+    /// [`let_recycle`](crate::CrossCheck::let_recycle).
     pub recycled: u64,
     /// No movable body of the pair was awake: Rapier keeps the contacts from before they fell asleep.
     pub asleep: u64,
-    /// Rapier's contact does not fit the poses at which the fields looked: a body was moved while the step was open.
+    /// Rapier's contact does not fit the poses at which the fields detected: a body was moved while the step was open.
     pub moved: u64,
     /// The user's hooks hid the pair from Rapier.
     pub hidden: u64,
-    /// A joint, or the multibody of both bodies, keeps Rapier from looking.
+    /// A joint, or the multibody of both bodies, disables their contacts in Rapier.
     pub jointed: u64,
-    /// The field acts in a part of space only, and may not have looked there.
+    /// The field acts in a part of space only, which may not contain the contact.
     pub masked: u64,
-    /// Neither body can be pushed, so fields do not look.
+    /// Neither body is dynamic, so fields do not detect.
     pub immovable: u64,
-    /// A side is a soft body, whose surface fields do not know.
+    /// A side is a soft body, whose surface fields do not detect.
     pub soft: u64,
     /// A side is a sensor: Rapier reports its overlap without a contact, and fields report nothing.
     pub sensor: u64,
@@ -140,7 +140,7 @@ pub struct TouchCounts {
     pub normal_error: Real,
     /// Largest distance of a point of contact from a surface.
     pub point_error: Real,
-    /// Largest distance between the begin or end of a path and the place of the body there.
+    /// Largest distance between the beginning or end of a path and the place of the body at that time.
     pub way_error: Real,
     /// The largest of these errors divided by its band: above one is a disagreement.
     pub worst: Real,

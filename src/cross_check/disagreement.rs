@@ -58,14 +58,14 @@ pub enum Difference {
         /// surface.
         rapier: Vector,
     },
-    /// The parts do not touch at the time of a touch within a step.
+    /// At the time of a touch that swept detection found, the parts do not touch.
     Gap {
         /// The time since the step began.
         time: f64,
         /// Their distance at that time, by Parry; negative if they overlap.
         gap: Real,
     },
-    /// The parts overlapped before the time of a touch within a step.
+    /// The parts overlapped before the time of a touch that swept detection found.
     Late {
         /// The time since the step began.
         time: f64,

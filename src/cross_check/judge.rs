@@ -26,12 +26,12 @@ pub(super) struct Verdict {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum FoundBy {
     Neither,
-    /// Found by one side only, and too shallow to be told from rounding.
+    /// Found by one side only, with a depth within rounding.
     WithinBand,
     OnlyField,
     OnlyRapier,
     Both,
-    /// Found by both, in a place where another direction is as right.
+    /// Found by both, at a contact for which another normal is valid as well.
     Ambiguous,
 }
 
@@ -53,7 +53,7 @@ impl Verdict {
     }
 
     fn one_sided(difference: Difference, depth: Real, other: Real, band: Real) -> Self {
-        // A gap on the other side counts too: a side that holds the parts far apart does not nearly agree.
+        // A gap that the other side found is part of the difference.
         if depth - other.min(0.0) <= band {
             return Verdict::new(FoundBy::WithinBand);
         }
@@ -89,7 +89,7 @@ pub(super) fn judge(
     match (our, their) {
         (None, None) => Verdict::new(FoundBy::Neither),
         (Some(our), None) => {
-            // Without a contact point of Rapier's, the parts are farther apart than rounding, or Rapier has not looked.
+            // Without a point, Rapier either found the parts far apart or did not test the pair.
             let gap = deepest.unwrap_or(0.0);
             let difference = Difference::OnlyField { depth: our.depth };
             Verdict::one_sided(difference, our.depth, gap, bands.depth)
@@ -126,7 +126,7 @@ fn both(
         return verdict;
     };
     let other_way = turned(&by_normal) > bands.normal;
-    // Two different normals may both be right.
+    // Two different normals may both be valid.
     let either_will_do = |their: Vector| {
         let mut both = [our.world_normal, their].into_iter();
         both.all(|normal| placed.is_as_shallow(normal, depth, bands))
@@ -144,8 +144,8 @@ fn both(
         field: our.world_point,
         rapier: by_point.world_point,
     };
-    // On an edge or a face any point of the same depth is right. Rapier, which keeps points while the parts hardly
-    // turn, may lack one that has become as deep.
+    // On an edge or a face any point of the same depth is valid. Rapier keeps points while the parts hardly turn, and
+    // may lack one that has become as deep.
     let mut error = apart(&by_point);
     if error > bands.point {
         error = error.min(placed.off_surfaces(our));

@@ -39,8 +39,8 @@ pub struct CrossCheckReport {
     pub point_error: Real,
     /// The largest difference of depth, normal or point, divided by its band: above one is a disagreement.
     pub worst: Real,
-    /// True if Rapier was recycling contacts, which are then up to 0.05 length units out of date. Only if the check was
-    /// set to [let it](crate::cross_check::CrossCheck::let_recycle).
+    /// True if Rapier was recycling contacts, which are then up to 0.05 length units out of date. Only with
+    /// [`let_recycle`](crate::CrossCheck::let_recycle).
     pub recycling: bool,
     /// True if Rapier may have made more than one pass of continuous detection (`max_ccd_substeps` above 1): its
     /// contacts then belong to poses within the step.

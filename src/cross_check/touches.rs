@@ -3,14 +3,14 @@
 //!
 //! - **Gap**: it should vanish at that time, and no earlier sample should show an overlap, except one in which the
 //!   parts began.
-//! - **Normal**: a part that is moved away along it should be nearest along it. The true normals of the touch have this
-//!   property, of which edges and corners have several, and no other direction has.
+//! - **Normal**: a part that is moved away along it should be nearest along it. Only true normals of the touch have
+//!   this property; edges and corners have several.
 //! - **Point**: it should lie on both surfaces.
 //! - **Path**: it should carry the point from the body's pose before Rapier's step to its pose after it. A path that
-//!   begins with an impact should begin where the path before has led.
+//!   begins with an impact should begin where the previous path ended.
 //!
-//! The tolerance of a touch is a length: rounding in the parts' own frame, the gap at which swept detection takes
-//! shapes to touch and, for all but balls and cuboids, the error of Parry's search for their distance. A time may be
+//! The tolerance of a touch is a length: rounding in the parts' own frame, the gap that swept detection takes for a
+//! touch and, for all but balls and cuboids, the error of Parry's search for their distance. A time may be
 //! wrong by that length divided by the speed of approach.
 
 #[cfg(test)]
@@ -92,7 +92,7 @@ impl TouchJudge {
         ends: [[Option<Pose>; 2]; 2],
     ) -> TouchOutcome {
         let parts = Parts::new(record, colliders);
-        // A body that returns within a step touches the pair again, which sampling did not miss a second time.
+        // A pair that touches again within a step counts as missed only once.
         let missed = self.met.insert(record.colliders) && !parts.overlap(self.dt);
         let mut outcome = TouchOutcome::default();
         let obstacle: Option<Reason> = match parts.judge(&mut outcome) {
@@ -118,7 +118,7 @@ impl TouchJudge {
         outcome
     }
 
-    /// Judges the begin of a path and, if it is that of Rapier's step, its end.
+    /// Judges the beginning of a path and, if it is that of Rapier's step, its end.
     fn judge_way(
         &mut self,
         parts: &Parts<'_>,
@@ -127,7 +127,7 @@ impl TouchJudge {
         outcome: &mut TouchOutcome,
     ) {
         let (record, way) = (parts.record, &parts.record.ways[which]);
-        // Of a ball only the centre can be compared.
+        // A ball has no visible rotation, so only its centre is compared.
         let round = parts.shapes[which].as_ball().is_some();
         let seen = |frame: DPose3| {
             let point = to_dvec3(record.world_point);
@@ -170,7 +170,7 @@ struct Parts<'a> {
     size: f64,
     /// Rounding of the place of one part relative to the other.
     rounding: f64,
-    /// A gap below this length is not told from a touch.
+    /// A gap below this length counts as a touch.
     length: f64,
     /// The relative error of Parry's search for distances.
     search: f64,
@@ -274,7 +274,7 @@ impl<'a> Parts<'a> {
         Ok(None)
     }
 
-    /// The distances of the skins at moments from the begin of the paths until shortly before the touch.
+    /// The distances of the skins at moments from the beginning of the paths until shortly before the touch.
     fn gaps_before(&self, near: f64) -> Result<Vec<(f64, Real)>, Unsupported> {
         let (from, to) = (self.record.from(), self.record.time);
         let moments =
@@ -320,8 +320,7 @@ impl<'a> Parts<'a> {
     }
 }
 
-/// The first time at which the parts overlap by more than a depth, and that overlap; an overlap in which they began is
-/// skipped.
+/// The first time at which the parts overlap by more than `depth`, and that overlap; an initial overlap is skipped.
 fn first_overlap(gaps: &[(f64, Real)], depth: Real) -> Option<(f64, Real)> {
     let mut later = gaps.iter().skip_while(|(_, gap)| *gap < -depth);
     let overlap = later.find(|(_, gap)| *gap < -depth)?;

@@ -59,7 +59,7 @@ fn scenes() -> Vec<Scene> {
 }
 
 impl Scene {
-    /// `None` where the parts do not overlap by enough for mutants to differ.
+    /// `None` if the overlap is too shallow for alterations to exceed the bands.
     fn new(name: &'static str, colliders: [Collider; 2], poses: [Pose; 2]) -> Option<Self> {
         let mut manifolds: Vec<ContactManifold<(), ()>> = Vec::new();
         let [a, b] = [&colliders[0], &colliders[1]].map(|it| &*it.shared_shape().0);
@@ -143,7 +143,7 @@ fn kinds(verdict: &Verdict) -> Vec<&'static str> {
     verdict.differences.iter().map(kind).collect()
 }
 
-/// A correct contact, altered.
+/// Fails unless an altered contact shows the expected difference in each scene.
 #[track_caller]
 fn assert_reported(kind: &str, alter: impl Fn(&Scene, FieldContact) -> Option<FieldContact>) {
     let scenes = scenes();
@@ -169,7 +169,7 @@ fn a_sound_detection_agrees() {
 }
 
 #[test]
-fn a_normal_that_points_the_other_way() {
+fn a_normal_that_points_the_other_way_is_reported() {
     assert_reported("normal", |_, sound| {
         Some(FieldContact {
             world_normal: -sound.world_normal,
@@ -179,7 +179,7 @@ fn a_normal_that_points_the_other_way() {
 }
 
 #[test]
-fn a_normal_that_is_turned_by_five_degrees() {
+fn a_normal_that_is_turned_by_five_degrees_is_reported() {
     assert_reported("normal", |_, sound| {
         let across = sound.world_normal.any_orthonormal_vector();
         let turn = Rotation::from_axis_angle(across, (5.0 as Real).to_radians());
@@ -191,7 +191,7 @@ fn a_normal_that_is_turned_by_five_degrees() {
 }
 
 #[test]
-fn a_depth_that_is_a_tenth_too_large() {
+fn a_depth_that_is_a_tenth_too_large_is_reported() {
     assert_reported("depth", |_, sound| {
         Some(FieldContact {
             depth: sound.depth * 1.1,
@@ -200,9 +200,9 @@ fn a_depth_that_is_a_tenth_too_large() {
     });
 }
 
-/// Within two faces that lie on each other every point is right.
+/// Within two faces that lie on each other every point is valid, so the point is moved out of them.
 #[test]
-fn a_point_that_is_moved_by_a_radius() {
+fn a_point_that_is_moved_by_a_radius_is_reported() {
     assert_reported("point", |scene, sound| {
         let across = sound.world_normal.any_orthonormal_vector();
         let moved = sound.world_point + across * scene.radius();
@@ -214,12 +214,12 @@ fn a_point_that_is_moved_by_a_radius() {
 }
 
 #[test]
-fn a_pair_that_is_dropped() {
+fn a_pair_that_is_dropped_is_reported() {
     assert_reported("only Rapier", |_, _| None);
 }
 
 #[test]
-fn a_contact_that_is_made_up() {
+fn a_contact_that_rapier_does_not_find_is_reported() {
     for mut scene in scenes() {
         scene.spots.clear();
         let verdict = scene.judge(Some(scene.sound));
@@ -228,7 +228,7 @@ fn a_contact_that_is_made_up() {
 }
 
 #[test]
-fn numbers_that_are_none_do_not_agree() {
+fn values_that_are_nan_are_reported() {
     for scene in scenes() {
         for broken in [
             FieldContact {
@@ -254,9 +254,8 @@ fn numbers_that_are_none_do_not_agree() {
     }
 }
 
-/// Manifolds that Parry has kept while the parts turned have a wider band, up to Parry's limits.
 #[test]
-fn what_parry_keeps_widens_the_band_up_to_its_limits() {
+fn manifolds_that_parry_kept_widen_the_band_up_to_its_limits() {
     for mut scene in scenes().into_iter().filter(|it| it.name != "balls") {
         let altered = FieldContact {
             depth: scene.sound.depth + 0.004,

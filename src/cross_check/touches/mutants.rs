@@ -141,7 +141,7 @@ fn assert_reported(expected: &str, alter: impl Fn(&mut TouchRecord)) {
 }
 
 #[test]
-fn a_sound_touch_holds() {
+fn a_correct_touch_is_not_reported() {
     for scene in scenes() {
         let found = scene.judge(&scene.record, scene.colliders.each_ref());
         assert!(found.is_empty(), "{}: {found:?}", scene.name);
@@ -149,14 +149,14 @@ fn a_sound_touch_holds() {
 }
 
 #[test]
-fn a_time_that_is_wrong_by_a_hundredth_of_a_step() {
+fn a_time_that_is_wrong_by_a_hundredth_of_a_step_is_reported() {
     assert_reported("gap", |it| it.time += 0.01 * DT);
     assert_reported("gap", |it| it.time -= 0.01 * DT);
 }
 
 /// The gap may vanish once more, where the parts separate again.
 #[test]
-fn a_touch_that_was_not_the_first() {
+fn an_overlap_before_the_touch_is_found() {
     for scene in scenes() {
         let mut record = scene.record.clone();
         let time = record.time;
@@ -170,7 +170,7 @@ fn a_touch_that_was_not_the_first() {
 }
 
 #[test]
-fn a_part_that_is_a_hundredth_too_large_or_too_small() {
+fn a_part_that_is_a_hundredth_too_large_or_too_small_is_reported() {
     for scale in [1.01, 0.99] {
         let others = colliders(from_f64(scale));
         for scene in scenes() {
@@ -183,7 +183,7 @@ fn a_part_that_is_a_hundredth_too_large_or_too_small() {
 }
 
 #[test]
-fn a_normal_that_is_flipped_or_turned_by_five_degrees() {
+fn a_normal_that_is_flipped_or_turned_by_five_degrees_is_reported() {
     assert_reported("normal", |it| it.world_normal = -it.world_normal);
     assert_reported("normal", |it| {
         let across = it.world_normal.any_orthonormal_vector();
@@ -193,7 +193,7 @@ fn a_normal_that_is_flipped_or_turned_by_five_degrees() {
 }
 
 #[test]
-fn a_point_that_is_moved_by_a_tenth_of_a_radius() {
+fn a_point_that_is_moved_by_a_tenth_of_a_radius_is_reported() {
     assert_reported("point", |it| {
         let across = it.world_normal.any_orthonormal_vector();
         it.world_point += across * 0.05;
@@ -201,9 +201,9 @@ fn a_point_that_is_moved_by_a_tenth_of_a_radius() {
     assert_reported("point", |it| it.world_point += it.world_normal * 0.05);
 }
 
-/// A touch that fits a wrong path is reported, because the path does not join the poses of the body.
+/// The touch fits the wrong path, but the path does not join the poses of the body.
 #[test]
-fn a_way_that_is_not_that_of_the_body() {
+fn a_path_that_is_not_that_of_the_body_is_reported() {
     let altered: [fn(&mut TouchWay); 4] = [
         |way| way.shift(DVec3::X * 1e-3, DVec3::ZERO, DVec3::ZERO),
         |way| way.shift(DVec3::ZERO, DVec3::X * 0.06, DVec3::ZERO),
@@ -215,9 +215,9 @@ fn a_way_that_is_not_that_of_the_body() {
     }
 }
 
-/// A path that begins with an impact continues from the end of the path before.
+/// A path that begins with an impact must begin at the end of the previous path.
 #[test]
-fn a_way_that_leaps_at_an_impact() {
+fn a_path_that_leaps_at_an_impact_is_reported() {
     for scene in scenes() {
         let record = &scene.record;
         let half = 0.5 * record.time;
