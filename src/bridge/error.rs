@@ -75,12 +75,12 @@ pub enum StepError {
         /// The quantity that is wrong, with its value.
         value: String,
     },
-    /// The state of the fields belongs to another world: bodies that it refers to are missing, or not as it left them.
+    /// The state of the fields belongs to another world: none of the bodies that it refers to is at its recorded pose.
     #[error(
         "the state of the fields belongs to another world: {body:?} is not there as it left it"
     )]
     OtherWorld {
-        /// One of these bodies.
+        /// The first of these bodies.
         body: RigidBodyHandle,
     },
     /// The last step was begun and never finished, because its `OpenStep` was dropped. The forces that stood in place
