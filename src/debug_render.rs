@@ -34,9 +34,9 @@ use scene::DrawnScene;
 /// The [mode](FieldDebugRenderMode) switches its parts, and the [style](FieldDebugRenderStyle) has the colours, the
 /// numbers of points and the sizes.
 ///
-/// Lines that belong to a field on a body, or to the wrench on a body, carry this body as the `DebugRenderObject`, and
-/// those of contacts carry the first collider, so that a backend may filter them. All other lines carry a fixed body that
-/// is in no world, under `RigidBodyHandle::invalid()`.
+/// Lines of a field on a body, and of the wrench on a body, have this body as their `DebugRenderObject`, and lines of a
+/// contact have its first collider, so that a backend may filter them. All other lines have a fixed body that is in no
+/// world, under `RigidBodyHandle::invalid()`.
 ///
 /// ```
 /// use rapier3d_fields::prelude::*;
@@ -72,7 +72,7 @@ pub struct FieldDebugRenderPipeline {
     /// The parts that are drawn.
     pub mode: FieldDebugRenderMode,
     outlines: Outlines,
-    /// Stands for the object of lines that belong to no body.
+    /// The object of lines that belong to no body.
     no_body: RigidBody,
 }
 
@@ -93,7 +93,7 @@ impl FieldDebugRenderPipeline {
         }
     }
 
-    /// A pipeline that draws everything it can.
+    /// A pipeline that draws all parts.
     pub fn render_all(style: FieldDebugRenderStyle) -> Self {
         Self::new(style, FieldDebugRenderMode::all())
     }
@@ -101,10 +101,9 @@ impl FieldDebugRenderPipeline {
     /// Draws the fields in the present world, and the wrenches and contacts of their last step. Lengths and points are
     /// in world space.
     ///
-    /// The parts are drawn in the order of their flags. At the bound on lines,
-    /// [`max_lines`](FieldDebugRenderStyle::max_lines), it stops, and the outcome says so. A line with an end that is
-    /// infinite or NaN is left out and counted. It changes neither the fields nor the world, and does not fail: a field
-    /// whose anchor is gone is left out.
+    /// The parts are drawn in the order of their flags. Drawing stops at
+    /// [`max_lines`](FieldDebugRenderStyle::max_lines) lines, which the outcome reports. A line with an end that is
+    /// infinite or NaN is left out and counted, and a field whose anchor is gone is left out.
     ///
     /// Arrows and stream lines evaluate the fields by [`Fields::values_at`] at each of their points.
     pub fn render<'a>(

@@ -4,7 +4,7 @@ use super::pen::Pen;
 use crate::math::{Real, Vector, from_f64, to_dvec3, to_f64};
 use crate::rapier::pipeline::{DebugColor, DebugRenderBackend};
 
-/// The length of an arrow's point, and half its width, as shares of the length of the arrow.
+/// The length and half the width of an arrow's point, as shares of the length of the arrow.
 const POINT: [Real; 2] = [0.3, 0.12];
 
 /// An arrow in world space.
@@ -44,7 +44,7 @@ impl Arrow {
     }
 }
 
-/// A vector as a direction and a magnitude, which may be larger than a scalar of Rapier's.
+/// A vector as a direction and a magnitude, which may exceed the range of Rapier's scalar.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Polar {
     pub direction: Vector,
@@ -58,7 +58,7 @@ impl Polar {
         if !vector.is_finite() || largest == 0.0 {
             return None;
         }
-        // Divided first, so that no square is zero or infinite.
+        // Divided first, so that no square underflows or overflows.
         Some(Polar {
             direction: (vector / largest).normalize(),
             magnitude: to_dvec3(vector / largest).length() * to_f64(largest),
@@ -69,12 +69,12 @@ impl Polar {
 /// Turns magnitudes into shares of the length of the longest arrow.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Gauge {
-    /// The magnitude of the share of one half.
+    /// The magnitude whose share is one half.
     half: f64,
 }
 
 impl Gauge {
-    /// The gauge with a magnitude of one half; `None` for the median of some.
+    /// A gauge in which the magnitude `half` has the share of one half; `None` for the median of `magnitudes`.
     pub fn new(half: Option<Real>, magnitudes: impl Iterator<Item = f64>) -> Self {
         let half = half.map(to_f64).unwrap_or_else(|| {
             let mut all: Vec<f64> = magnitudes.collect();

@@ -7,7 +7,7 @@ use crate::math::{Real, RigidBodyHandle, Vector};
 use crate::rapier::pipeline::{DebugColor, DebugRenderBackend};
 use crate::rigid::Wrench;
 
-/// The length of the longest arrow as a share of half the edge of the view, unless the style has one.
+/// The length of the longest arrow as a share of half the edge of the view, unless the style sets a length.
 const LONGEST: Real = 0.4;
 
 /// The wrench on a body, and its centre of mass in world space.

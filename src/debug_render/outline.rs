@@ -31,7 +31,7 @@ impl Outlines {
         }
     }
 
-    /// Takes up a changed number of subdivisions.
+    /// Updates the number of subdivisions.
     pub fn follow(&mut self, style: &FieldDebugRenderStyle) {
         if self.rapier.style.subdivisions != style.subdivisions.clamp(3, 512) {
             *self = Outlines::new(style);
@@ -83,7 +83,7 @@ impl<B: DebugRenderBackend> DebugRenderBackend for Tinted<'_, '_, B> {
     }
 }
 
-/// The planes that bound a solid without a shape of Parry's, in its own frame.
+/// The planes that bound a half-space or a slab, in its own frame; none for other solids.
 fn planes(solid: &Solid) -> Vec<OutlinePlane> {
     match solid {
         Solid::HalfSpace { outward } => vec![OutlinePlane {
@@ -111,8 +111,8 @@ fn planes(solid: &Solid) -> Vec<OutlinePlane> {
     }
 }
 
-/// The shape of Parry's with the outline of a solid. `None` if it has none, or if a size is not positive, which an edit
-/// may have left and Parry refuses by a panic.
+/// The Parry shape with the outline of a solid. `None` if there is none, or if a size is not positive, which an edit
+/// may have left and at which Parry panics.
 fn shape_of(solid: &Solid) -> Option<SharedShape> {
     let are_sizes = |sizes: &[Real]| sizes.iter().all(|size| *size > 0.0 && size.is_finite());
     Some(match solid {

@@ -1,4 +1,4 @@
-//! Drawing of lines up to a bound, without those that are not finite.
+//! Drawing of finite lines, up to a largest number.
 
 use crate::math::Vector;
 use crate::rapier::dynamics::{RigidBody, RigidBodyHandle};
@@ -37,7 +37,7 @@ impl<'a, B: DebugRenderBackend> Pen<'a, B> {
         }
     }
 
-    /// Sets the object of the lines that follow; `None` for no body. Returns false if the backend leaves it out.
+    /// Sets the object of the lines that follow; `None` for no body. Returns false if the backend filters it out.
     pub fn begin(&mut self, object: Option<DebugRenderObject<'a>>) -> bool {
         self.object = object.unwrap_or(self.no_body);
         self.backend.filter_object(self.object)
@@ -59,7 +59,7 @@ impl<'a, B: DebugRenderBackend> Pen<'a, B> {
         self.outcome.not_finite += 1;
     }
 
-    /// Returns true if a line was left out because of the bound: no line will be drawn any more.
+    /// Returns true if a line was left out because of `max_lines`: no line will be drawn any more.
     pub fn is_full(&self) -> bool {
         self.outcome.limit_reached
     }

@@ -31,7 +31,7 @@ pub(super) fn placed_fields<'a>(
     })
 }
 
-/// A node, and the frame that the world stands for in it.
+/// A node, and the anchor that takes the place of the world in it.
 struct PlacedNode {
     node: u32,
     instance: Anchor,

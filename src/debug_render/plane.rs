@@ -15,7 +15,7 @@ pub(super) struct OutlinePlane {
 }
 
 impl OutlinePlane {
-    /// The plane as seen from the frame in which `pose` is its own frame.
+    /// The plane in the outer frame, in which its own frame has the pose `pose`.
     pub fn moved(&self, pose: &Pose) -> Self {
         OutlinePlane {
             point: *pose * self.point,
@@ -32,7 +32,7 @@ impl OutlinePlane {
     ) {
         let above = (view.centre - self.point).dot(self.outward);
         let middle = view.centre - self.outward * above;
-        // A direction that an edit left without a length has no plane.
+        // An edit may have left a direction of length zero.
         let Some(outward) = self.outward.try_normalize() else {
             return;
         };

@@ -1,4 +1,4 @@
-//! Which solids of a region are added to it, and which are cut away.
+//! The solids of a region, with the sign by which each is added or cut away.
 
 use crate::field::region::Region;
 use crate::field::visit::{RegionStep, Solid};
@@ -9,7 +9,7 @@ pub(super) struct SignedSolid<'a> {
     pub solid: &'a Solid,
     /// Its frame in that of the field.
     pub local_pose: Pose,
-    /// True if the region lies outside of it.
+    /// True if the solid is cut away, so that the region lies outside of it.
     pub is_cut: bool,
 }
 

@@ -12,7 +12,7 @@ const EDGE_LIMIT: u32 = 64;
 /// The number of steps over which a stream line becomes opaque.
 const FADE: u32 = 25;
 
-/// Draws the stream lines, all of them step by step, so that the bound on lines cuts all at about the same length.
+/// Draws all stream lines together, step by step, so that `max_lines` ends all at about the same length.
 pub(super) fn draw<B: DebugRenderBackend>(pen: &mut Pen<'_, B>, scene: &DrawnScene<'_>) {
     if !pen.begin(None) {
         return;
@@ -41,8 +41,8 @@ pub(super) fn draw<B: DebugRenderBackend>(pen: &mut Pen<'_, B>, scene: &DrawnSce
     }
 }
 
-/// The point at the end of one step of the classical Runge–Kutta method on the field's direction, for each point; `None`
-/// where a stream line ends.
+/// For each point, the end of one step of the classical Runge–Kutta method on the field's direction; `None` where a
+/// stream line ends.
 fn step_all(scene: &DrawnScene<'_>, points: &[Vector], length: Real) -> Vec<Option<Vector>> {
     let slopes = |ahead: Real, before: Option<&[Option<Vector>]>| {
         let moved = points.iter().enumerate().map(|(at, point)| {

@@ -8,17 +8,17 @@ use crate::rapier::pipeline::DebugColor;
 /// first fields look alike.
 const HUE_STEP: f64 = 137.508;
 
-/// Colours, numbers of points and sizes of the [drawing](crate::debug_render::FieldDebugRenderPipeline) of fields. Colours are Rapier's,
-/// as hue (degrees), saturation, lightness and alpha.
+/// Colours, numbers of points and sizes of the [drawing](crate::FieldDebugRenderPipeline) of fields. Colours are as in
+/// Rapier: hue (degrees), saturation, lightness and alpha.
 ///
-/// The *view* is a cube in world space, in which arrows and seeds of stream lines lie. By default it follows the dynamic
-/// bodies. Give it a [centre](Self::centre) and a [size](Self::half_size) for a picture that stays.
+/// The *view* is a cube in world space, in which arrows and seeds of stream lines lie. By default it follows the
+/// dynamic bodies. Give it a [centre](Self::centre) and a [size](Self::half_size) to keep it fixed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FieldDebugRenderStyle {
     /// The largest number of lines in one call. At this number the drawing stops, and
     /// [`limit_reached`](crate::debug_render::FieldDebugRenderOutcome::limit_reached) is set.
     pub max_lines: usize,
-    /// The number of lines around a circle of an outline, from 3 to 512; numbers beyond are taken as these.
+    /// The number of lines around a circle of an outline; clamped to 3 to 512.
     pub subdivisions: u32,
 
     /// The middle of the view, in world space. `None`: the mean of the centres of mass of all enabled dynamic bodies;
@@ -35,7 +35,7 @@ pub struct FieldDebugRenderStyle {
     pub volume_points: u32,
     /// The length of an arrow of infinite magnitude, as a share of the distance between two neighbours.
     pub arrow_length: Real,
-    /// The magnitude of the field (a force per unit of mass) at which an arrow has half of this length, and the middle of
+    /// The magnitude of the field (a force per unit of mass) at which an arrow has half of this length and the mean of
     /// the two colours. A magnitude m gives the share m / (m + half). `None`: the median of the magnitudes drawn.
     pub half_magnitude: Option<Real>,
 
@@ -43,8 +43,8 @@ pub struct FieldDebugRenderStyle {
     pub stream_seeds: Vec<Vector>,
     /// The number of stream lines along each edge of the slice, if there are no seeds; at most 64.
     pub stream_points: u32,
-    /// The largest number of steps of a stream line. A stream line ends sooner where no field is defined, where the field
-    /// is zero, infinite or NaN, and where it turns by more than a right angle within a step.
+    /// The largest number of steps of a stream line. A stream line ends sooner where no field is defined, where the
+    /// field is zero, infinite or NaN, and where it turns by more than a right angle within a step.
     pub stream_steps: u32,
     /// The length of one step of a stream line. `None`: a fiftieth of half the edge of the view.
     pub stream_step: Option<Real>,
@@ -52,18 +52,20 @@ pub struct FieldDebugRenderStyle {
     /// The length of the longest arrow of a force or torque on a body. `None`: 0.4 of half the edge of the view. Among
     /// bodies, lengths are compressed as those of the arrows of the field are.
     pub wrench_length: Option<Real>,
-    /// The length of the normals of contacts, and twice that of the arms of their crosses.
+    /// The length of the normals of contacts. The arms of their crosses have a quarter of it, those of disagreements
+    /// half.
     pub contact_normal_length: Real,
 
     /// The colour of regions. `None`: that of their [field](Self::field_color).
     pub region_color: Option<DebugColor>,
     /// The colour of solids that are cut away from a region.
     pub cut_color: DebugColor,
-    /// The colour of arrows of small magnitude. Colours between are mixed component by component, hue included.
+    /// The colour of arrows of small magnitude. Colours in between are mixed by component, including the hue.
     pub weak_color: DebugColor,
     /// The colour of arrows of large magnitude.
     pub strong_color: DebugColor,
-    /// The colour of stream lines. They begin transparent, and have it in full after 25 steps, which shows their direction.
+    /// The colour of stream lines. They begin transparent and reach its alpha after 25 steps, which shows their
+    /// direction.
     pub stream_color: DebugColor,
     /// The colour of forces on bodies.
     pub force_color: DebugColor,
@@ -93,7 +95,7 @@ impl FieldDebugRenderStyle {
         [hue as f32, 0.75, 0.45, 1.0]
     }
 
-    /// The colour of a share between nothing and the whole.
+    /// The colour of a share of the longest arrow, from 0 to 1.
     pub(super) fn strength_color(&self, share: Real) -> DebugColor {
         let [weak, strong] = [self.weak_color, self.strong_color];
         std::array::from_fn(|part| weak[part] + (strong[part] - weak[part]) * share as f32)

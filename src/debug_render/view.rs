@@ -108,7 +108,7 @@ fn largest(lengths: impl Iterator<Item = Real>) -> Real {
     finite.fold(0.0, Real::max)
 }
 
-/// Numbers from −1 to 1 at equal distances; 0 if it is one number.
+/// Equidistant numbers from −1 to 1; the number 0 if `count` is one.
 fn offsets(count: u32) -> impl Iterator<Item = Real> {
     let last = count.saturating_sub(1);
     (0..count).map(move |at| match last {

@@ -42,8 +42,8 @@ pub struct EnergyAudit {
 pub struct FieldEnergy {
     /// The field's name, or its place in the tree; a prototype stands for all its instances.
     pub field: FieldRef,
-    /// The potential energy of all bodies on which it acts; `None` for a field without potential. Fields anchored to a
-    /// body count half, because the field of the other body acts back.
+    /// The potential energy of all bodies on which it acts; `None` for a field without potential. A field anchored to a
+    /// body counts half, because the field of the other body acts back; a reacting one counts in full.
     pub potential: Option<f64>,
     /// Work done on bodies since the audit began.
     pub work: f64,
@@ -52,7 +52,7 @@ pub struct FieldEnergy {
     pub border: f64,
 }
 
-/// Power and potential of all fields at one moment, by their index in the tree.
+/// Power and potential of all fields at one moment, by their place in the set.
 #[derive(Debug, Default)]
 pub(crate) struct Tally {
     power: Vec<f64>,
@@ -150,7 +150,7 @@ fn tally(fields: &SampledFields<'_, impl Frames>) -> Tally {
         acts_on: vec![0; count],
     };
     for place in 0..count {
-        // A field with a potential has one even if no body is in it.
+        // A field with a potential has one even if it acts on no body.
         let field = set.field(place as u32);
         let known = field.is_some_and(|field| field.has_potential());
         tally.potential[place] = known.then_some(0.0);

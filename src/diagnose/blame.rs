@@ -32,7 +32,7 @@ pub(crate) fn blame(set: &FieldSet, fault: &Fault) -> StepError {
     }
 }
 
-/// The limit of bodies × fields for which the fields are evaluated one by one.
+/// The largest number of bodies × fields for which the fields are evaluated one by one.
 const ASKED: usize = 1_000_000;
 
 /// The warnings for a fault in a step that goes on, one for each of its bodies. With very many bodies and fields, the
@@ -77,8 +77,7 @@ pub(crate) fn warn_of(
     }
 }
 
-/// The wrenches on the bodies of a fault without the contributions that are not finite, decided for each term and
-/// sample.
+/// The wrenches on the bodies of a fault. For each term and sample, a contribution that is not finite is left out.
 pub(crate) fn sifted(set: &FieldSet, fault: &Fault) -> Vec<Wrench> {
     let fields = fields_of(set, fault);
     let of = |place: &usize| {
@@ -145,7 +144,7 @@ impl Culprit {
         culprit
     }
 
-    /// The culprit for a body whose fields are not evaluated one by one.
+    /// A stand-in for a body whose fields are not evaluated one by one.
     fn unknown(fault: &Fault, place: usize) -> Self {
         let samples = &fault.scene.samples;
         Culprit {

@@ -1,5 +1,5 @@
 //! Diagnosis: the reasons for the wrench on a body, field by field, the energy audit, and which bodies enter and leave
-//! zones. All of it evaluates the tree by the reference.
+//! zones. All but zones evaluate the tree by the reference.
 
 mod audit;
 mod blame;
@@ -80,8 +80,8 @@ pub struct ExplainedField {
 }
 
 impl<F: Frames> SampledFields<'_, F> {
-    /// Visits all traces of one body: for each term of the tree, and each sample, or each piece where bodies are cut, the
-    /// force and the contributions of the fields.
+    /// Visits the traces of one body: the force and the contributions of the fields, for each term of the tree at each
+    /// sample, or at each piece if the term cuts bodies.
     fn each_trace(&self, body: u32, mut visit: impl FnMut(&SamplePoint, u32, Trace)) {
         let (samples, moment) = (self.samples, self.moment);
         let mut cutter = Cutter::default();
@@ -153,8 +153,8 @@ impl<F: Frames> SampledFields<'_, F> {
         explanation
     }
 
-    /// The opposite of the forces of a body's reacting fields on all other bodies. Forces for which `felt` returns false
-    /// are left out.
+    /// The opposite of the forces of a body's reacting fields on all other bodies. Forces for which `felt` returns
+    /// false are left out.
     fn reaction(&self, body: u32, felt: impl Fn(Vector) -> bool) -> Wrench {
         let (set, samples) = (self.set, self.samples);
         let mut wrench = Wrench::ZERO;

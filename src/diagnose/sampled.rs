@@ -1,4 +1,4 @@
-//! The fields and bodies that are looked at one by one.
+//! The input of all diagnoses: fields, and bodies sampled for them.
 
 use crate::field::FieldSet;
 use crate::sample::{Moment, Samples};

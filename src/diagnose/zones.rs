@@ -8,12 +8,12 @@ use crate::math::{DVec3, RigidBodyHandle, bisect, to_dpose3, to_dvec3, to_f64};
 use crate::rapier::dynamics::RigidBody;
 use crate::rigid::{Lookup, find_by, world_com};
 
-/// The share of a step after which a body is looked for again, where depths in a region are not distances,
+/// The share of a step between two tests of a body, where depths in a region are not distances.
 const COARSE: f64 = 1.0 / 16.0;
-/// and where they are, close to the border.
+/// The smallest share of a step between two tests, where depths are distances.
 const FINE: f64 = 1.0 / 256.0;
 
-/// A body entered or left the region of a field, with its centre of mass. Sent by
+/// The centre of mass of a body entered or left the region of a field. Sent to the channel of
 /// [`set_zone_events`](crate::Fields::set_zone_events).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
@@ -33,7 +33,7 @@ pub enum ZoneEvent {
         field: FieldHandle,
         /// The body.
         body: RigidBodyHandle,
-        /// Simulated time, within the step; of removals the start of the step that followed.
+        /// Simulated time, within the step; after a removal, the start of the next step.
         time: f64,
     },
 }
@@ -110,8 +110,8 @@ impl ZoneWatch {
             .sort_unstable_by_key(|it| it.body.into_raw_parts());
     }
 
-    /// Sends what happened in a step, in the order of time, and updates who is `inside`. `times` are the start of the step
-    /// and its length.
+    /// Sends the events of a step, in the order of time, and updates the occupants of zones, `inside`. `times` are the
+    /// start of the step and its length.
     pub(crate) fn end(
         &self,
         set: &FieldSet,
@@ -154,7 +154,7 @@ impl ZoneWatch {
                 }
             }
         }
-        // Their fields or bodies have gone.
+        // Occupants whose field or body is gone have left.
         let stays = |it: &Occupant| {
             let is_zone = zones.iter().any(|zone| zone.handle == it.field);
             is_zone && world.body(it.body).is_some_and(may_enter)
@@ -163,7 +163,7 @@ impl ZoneWatch {
         events.extend(gone.map(|it| ZoneEvent::new(false, *it, times[0])));
         events.sort_by(|one: &ZoneEvent, other| one.time().total_cmp(&other.time()));
         for event in events {
-            // A closed channel is no error: its listener has gone.
+            // A closed channel is no error: its receiver was dropped.
             let _ = channel.send(event);
         }
         now.sort_unstable_by_key(Occupant::key);
@@ -192,18 +192,18 @@ fn reaches(field: &Field, body: &RigidBody, world: &WorldRef<'_>) -> bool {
     })
 }
 
-/// The path of a body over a step in the frame of a field, taken for straight.
+/// The path of a body over a step in the frame of a field, taken as straight.
 struct ZonePath<'a> {
     handle: FieldHandle,
     field: &'a Field,
     /// At the start and at the end of the step.
     frames: [Frame; 2],
     times: [f64; 2],
-    /// A radius around the origin of the frame, that encloses the region.
+    /// The radius of a ball around the origin of the frame that encloses the region.
     radius: f64,
     /// True if depths in the region are distances.
     is_solid: bool,
-    /// The longest share of a step in which it is not asked for: fields begin and end within steps.
+    /// The largest share of a step between two tests; less than one for a field that may begin or end within a step.
     longest: f64,
     /// True if the groups of the field allow any part of the body.
     is_reached: bool,
@@ -233,7 +233,7 @@ impl<'a> ZonePath<'a> {
         }
     }
 
-    /// Makes it the path of a body whose centre of mass goes from one point to another.
+    /// Makes this the path of a body whose centre of mass goes from one point to another.
     fn take(&mut self, world: &WorldRef<'_>, handle: RigidBodyHandle, world_points: [DVec3; 2]) {
         let body = world.body(handle);
         self.is_reached = body.is_some_and(|body| reaches(self.field, body, world));
@@ -246,8 +246,8 @@ impl<'a> ZonePath<'a> {
         self.ends = [local(0), local(1)];
     }
 
-    /// Returns true if the way from one point to another does not come near the region. Of a frame that turns it is not
-    /// asked.
+    /// Returns true if the path from one point to another does not come near the region; false if the frame turns, for
+    /// which this test does not hold.
     fn is_far_from(&self, [from, to]: [DVec3; 2]) -> bool {
         let [first, last] = self.frames.map(|frame| frame.pose);
         let from = from - to_dvec3(first.translation);
@@ -272,8 +272,8 @@ impl<'a> ZonePath<'a> {
         }
     }
 
-    /// Calls `cross` at each crossing of the border, with the share of the step and whether the body is inside then, from
-    /// whether it `was` inside before the step. Returns whether it is inside at the end.
+    /// Calls `cross` at each crossing of the border, with the share of the step and whether the body is then inside.
+    /// `was` is true if it was inside before the step. Returns whether it is inside at the end.
     fn follow(&self, was: bool, mut cross: impl FnMut(f64, bool)) -> bool {
         let length = self.ends[0].distance(self.ends[1]);
         let (mut share, mut depth) = (0.0, self.depth(0.0));
@@ -282,7 +282,7 @@ impl<'a> ZonePath<'a> {
             cross(0.0, is);
         }
         while share < 1.0 {
-            // Within its depth there is no border.
+            // No border is nearer than the depth.
             let free = if !self.is_solid {
                 COARSE
             } else if length == 0.0 {
