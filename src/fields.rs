@@ -28,34 +28,34 @@ use crate::threads::Pool;
 /// The force fields of a Rapier world: the fields, their settings, the state that outlives a step, and the pipeline,
 /// bundled as Rapier's `PhysicsWorld` bundles its sets.
 ///
-/// [`Fields::step`] stands in place of `world.step()`, and [`Fields::step_with`] in place of
+/// Call [`Fields::step`] in place of `world.step()`, and [`Fields::step_with`] in place of
 /// `world.step_with_events(…)`. Around a pipeline of your own, [`Fields::begin`] and
 /// [`Fields::finish`] do the same, bit for bit.
 ///
-/// A step does this to bodies:
+/// The effect of a step on bodies:
 ///
 /// - The wrench on each awake dynamic body becomes motion by the [`Scheme`]. The user's own
 ///   forces, impulses, gravity, damping, locked axes, joints and contacts keep their meaning.
-/// - Bodies of unequal inertia, and with [swept detection](crate::Detection::Swept) balls, too, rotate freely by
-///   this crate's own rotation step, which conserves angular momentum to rounding, wherever fields can rotate bodies
-///   at all. Rapier carries it out, so that contacts act on it. Bodies with a locked rotation, or whose
-///   `gyroscopic_forces_enabled` is off, are left alone.
-/// - Sleeping bodies sleep on, unless the [`WakePolicy`] wakes them. They are evaluated when a
+/// - Where fields can rotate bodies at all, this crate computes the free rotation of bodies of unequal inertia, and
+///   with [swept detection](crate::Detection::Swept) of balls, too; it conserves angular momentum to rounding. Rapier
+///   carries the rotation out, so that contacts act on it. Bodies with a locked rotation, or whose
+///   `gyroscopic_forces_enabled` is off, are left to Rapier.
+/// - Sleeping bodies stay asleep, unless the [`WakePolicy`] wakes them. They are evaluated when a
 ///   field changed, moved, or depends on time, but not under [`WakePolicy::Never`].
-/// - Fixed and kinematic bodies carry fields but feel none. Locked axes do not move. Bodies
-///   without mass, or without inertia, are not moved, or not rotated; disabled bodies and colliders
+/// - Fixed and kinematic bodies may carry fields, but get no force. Locked axes do not move. Bodies
+///   without mass are not moved, and bodies without inertia not rotated; disabled bodies and colliders
 ///   are not sampled.
-/// - Links of multibodies, which ignore impulses, are pushed by [`Scheme::ExternalForce`] under
-///   any scheme.
+/// - Links of multibodies, which ignore impulses, are moved as by [`Scheme::ExternalForce`] under
+///   every scheme.
 /// - The particles of soft bodies are samples of the particle's mass, without charge, evaluated twice a
 ///   step. A force that does not depend on velocities acts by half an impulse before and half after Rapier's
 ///   step (with `Kick` and `ExternalForce` by the whole before it). Drag, wind, and all other forces on a
 ///   particle inside them act as a force during Rapier's step under any scheme: the mean along the path of a
-///   free particle, exact in the velocity, with gravity and damping. So a particle that is held by a pin, a
-///   contact or its neighbours feels less of a drag of rate k, and of its weight beside it, by a share of about k·dt/2
-///   where that is small, and at most the force that brings it to the speed of the flow within a step;
-///   [`StepWarning::PinnedParticles`](crate::StepWarning::PinnedParticles) tells where a body has pins. A soft body
-///   that sleeps is left asleep, except under [`WakePolicy::Always`].
+///   free particle, exact in the velocity, with gravity and damping. So on a particle held by a pin, a contact or its
+///   neighbours, a drag of rate k, and its weight beside it, are too small by a share of about k·dt/2 where that is
+///   small, and the drag is at most the force that brings it to the speed of the flow within a step;
+///   [`StepWarning::PinnedParticles`](crate::StepWarning::PinnedParticles) warns where a body has pins. A soft body
+///   that sleeps stays asleep, except under [`WakePolicy::Always`].
 /// - The volume of a particle is a quarter of each cell that it is a corner of, in the present shape. Without
 ///   cells, the volume that a closed surface encloses is shared among its particles by the area around them.
 ///   Open sheets and ropes have no volume, whatever their contact skin: they displace nothing, and
@@ -65,9 +65,8 @@ use crate::threads::Pool;
 /// - A force that is not finite, or too large for any velocity, never reaches Rapier: the
 ///   [`FaultPolicy`](crate::FaultPolicy) decides what happens to the body.
 ///
-/// Rapier's islands say which bodies are awake. Where bodies that are not active, fixed ones included, outnumber the active
-/// ones by more than 256, fields act on a body that you wake without moving the time forward only from the second half of
-/// the step on.
+/// Where bodies that are not active in Rapier's islands, fixed ones included, outnumber the active ones by more than
+/// 256, fields act on a body that you have woken between steps only from the second half of the next step on.
 ///
 /// ```
 /// use rapier3d_fields::prelude::*;
@@ -102,7 +101,7 @@ pub struct Fields {
 }
 
 impl Fields {
-    /// Fields made of their parts, which may have been saved: the next step continues bit for bit, with a new pipeline.
+    /// Fields made of their parts, which may have been saved. The next step continues bit for bit, with a new pipeline.
     ///
     /// ```
     /// use rapier3d_fields::prelude::*;
@@ -141,19 +140,20 @@ impl Fields {
 
     /// Sends an event to a channel when a body enters or leaves a zone, in the order of time; `None` stops that.
     ///
-    /// A zone is the region of a field that is enabled and within its lifetime; contact fields, fields without a region,
-    /// prototypes of [instances](crate::Tree::instances), and fields whose region differs between the colliders of a body
-    /// (a [predicate](crate::Region::predicate), or an axis such as charge) are none. A body is inside with its centre of mass,
-    /// if it is dynamic or kinematic and enabled, does not carry the field, and the field's groups allow one of its
-    /// colliders.
+    /// A zone is the region of a field that is enabled and within its lifetime. Contact fields, fields without a
+    /// region, prototypes of [instances](crate::Tree::instances), and fields whose region differs between the colliders
+    /// of a body (a [predicate](crate::Region::predicate), or an axis such as charge) have no zone. A body is inside if
+    /// its centre of mass is, it is dynamic or kinematic and enabled, it does not carry the field, and the field's
+    /// groups allow one of its colliders.
     ///
-    /// Times are within the step: where the border is crossed, along the straight way from where the body was before
-    /// the step to where it is after it, in the frame of the field. So a body that passes through a zone in one step
-    /// enters and leaves it; a stay shorter than 1/256 of the way may be missed, or than 1/16 of the step where the region
-    /// is not made of solids alone. A body that was put into a zone between steps enters at the start of the next one.
+    /// The time of an event lies within the step: the centre of mass is taken to move on a straight line in the frame
+    /// of the field, from its place before the step to that after it, and crosses the border at that time. So a body
+    /// that passes through a zone in one step enters and leaves it. A stay shorter than 1/256 of the path may be
+    /// missed, or than 1/16 of the step where the region is not made of solids alone. A body that was put into a zone
+    /// between steps enters at the start of the next one.
     ///
-    /// Costs a test of each body against each zone in each step; nothing without a channel. Who is inside is part of the
-    /// [state](crate::pipeline::FieldState).
+    /// Costs a test of each body against each zone in each step; nothing without a channel. The bodies inside are part
+    /// of the [state](crate::FieldState).
     ///
     /// ```
     /// use rapier3d_fields::prelude::*;
@@ -235,13 +235,13 @@ impl Fields {
     /// ```
     ///
     /// # Errors
-    /// See [`StepError`]; nothing has been written, but by [`StepError::Unfinished`].
+    /// See [`StepError`]; nothing has been written, except with [`StepError::Unfinished`].
     pub fn begin(&mut self, world: WorldMut<'_>) -> Result<OpenStep, StepError> {
         let (settings, state) = (&self.settings, &mut self.state);
         self.pipeline.begin(&mut self.set, settings, state, world)
     }
 
-    /// As [`begin`](Self::begin), where Rapier's step follows at once.
+    /// As [`begin`](Self::begin), if Rapier's step follows at once.
     fn begin_alone(&mut self, world: WorldMut<'_>) -> Result<OpenStep, StepError> {
         self.set.validate_changes()?;
         let (set, settings) = (&self.set, &self.settings);
@@ -253,13 +253,13 @@ impl Fields {
     /// Finishes a step after Rapier's step. Call it once for each of Rapier's steps.
     ///
     /// If Rapier's step was not made, it returns [an error](StepError::NotStepped). If Rapier made several steps, it
-    /// gives [a warning](crate::StepWarning::OtherSteps), as far as bodies that move freely or rest show it. Both show
-    /// only on dynamic bodies that are awake: in a world without any, a step that was not made is not noticed, and
-    /// neither is one of zero length.
+    /// gives [a warning](crate::StepWarning::OtherSteps), as far as bodies that move freely or rest show it. Both are
+    /// detected by dynamic bodies that are awake only: in a world without any, a missing step is not noticed, and
+    /// neither is a missing step of zero length.
     ///
     /// # Errors
-    /// See [`StepError`]; the world is as it was before [`begin`](Self::begin), but for [`StepError::NotTheirs`], after
-    /// which nothing has been changed.
+    /// See [`StepError`]; the world is as it was before [`begin`](Self::begin), except with [`StepError::NotTheirs`],
+    /// which changes nothing.
     pub fn finish(
         &mut self,
         step: OpenStep,
@@ -277,7 +277,7 @@ impl Fields {
         }
     }
 
-    /// Replaces all fields. Properties of colliders, axes, settings and time stay.
+    /// Replaces all fields, and begins the energy audit anew. Properties of colliders, axes, settings and time stay.
     ///
     /// # Errors
     /// As [`FieldsBuilder::build`]; the old fields stay in place.
@@ -295,11 +295,11 @@ impl Fields {
         Ok(())
     }
 
-    /// Sets the sampling of a body for all fields that leave it to [`Sampling::Auto`], except laws between sites;
-    /// `None` returns it to the choice of the fields.
+    /// Sets the sampling of a body for all fields with [`Sampling::Auto`], except laws between sites; `None` returns
+    /// the choice to the fields.
     ///
     /// # Errors
-    /// The body is not there.
+    /// The body is not in the set.
     pub fn set_sampling(
         &mut self,
         body: RigidBodyHandle,
@@ -316,7 +316,7 @@ impl Fields {
     /// Sets the properties of a collider that fields read.
     ///
     /// # Errors
-    /// The collider is not there, a value is out of its range, or an axis was not declared.
+    /// The collider is not in the set, a value is out of its range, or an axis was not declared.
     pub fn set_properties(
         &mut self,
         collider: ColliderHandle,
@@ -329,7 +329,7 @@ impl Fields {
         self.set.set_properties(collider, properties)
     }
 
-    /// Sets the value on a declared axis of all samples that have none of their own.
+    /// Sets the value on a declared axis for all samples that have no value of their own.
     ///
     /// # Errors
     /// The axis was not declared, or the value is not finite.

@@ -1,21 +1,21 @@
-//! Force fields for the [Rapier](rapier) physics engine: write vector fields, compose them in one
-//! tree, and each awake dynamic body gets the force and torque that its samples of the tree add up to, in every step.
+//! Force fields for the [Rapier](rapier) physics engine: write vector fields and compose them in one tree. In every
+//! step, each awake dynamic body gets the force and torque that the tree adds up to at the body's sample points.
 //!
 //! # Terms
 //!
 //! - A **field** is a formula for a vector at a point, on a **region** of space, anchored to the world,
 //!   a body or a collider. Outside its region a field is *not defined*, which is not the same as zero.
-//! - A **tree** composes fields by the [operators](Operator), of which seven are the paper's; it is one
+//! - A **tree** composes fields by [operators](Operator), of which seven are from the paper cited below; it is one
 //!   composite field.
-//! - A **sample** is a point of a body where the tree is sampled: the centre of mass for uniform
-//!   fields, the middle of each collider, points of their volumes or surfaces, or the centres of the
-//!   pieces that a border cuts them into; see [`Sampling`].
-//! - The **wrench** is the force and the torque about the centre of mass that the samples of a body
-//!   sum to. A **[scheme](Scheme)** says how it becomes motion.
-//! - A **detection field** finds the colliders that touch the one it is anchored to, and may answer
-//!   the contacts.
+//! - A **sample** is a point of a body at which the tree is evaluated: the centre of mass for uniform
+//!   fields, the centre of each collider, points of its volume or surface, or the centres of the
+//!   pieces into which a border cuts it; see [`Sampling`].
+//! - The **wrench** is the force on a body and the torque about its centre of mass, summed over its
+//!   samples. A **[scheme](Scheme)** turns it into motion.
+//! - A **detection field** finds the colliders that touch the one it is anchored to, and may *answer*
+//!   these contacts, by impulses or spring forces.
 //!
-//! Units are yours, as in Rapier: nothing in this crate knows metres. Vectors are in world axes
+//! Units are yours, as in Rapier: the crate assumes none. Vectors are in world axes
 //! unless a name says `local`. Angles are in radians.
 //!
 //! # A first program
@@ -41,8 +41,8 @@
 //! # Composing
 //!
 //! Figure 4 of the paper from which the algebra comes, *A Unified Framework for Collision Detection,
-//! Avoidance, and Response*: three balls, each with a large attraction, which a collision field replaces where they touch.
-//! They attract one another until they collide, and bounce.
+//! Avoidance, and Response*: three balls, each with a large attraction, which a collision field replaces where they
+//! touch. They attract one another until they collide, and bounce.
 //!
 //! ```
 //! use rapier3d_fields::prelude::*;
@@ -64,7 +64,7 @@
 //! # Around a pipeline of your own
 //!
 //! [`Fields::begin`] and [`Fields::finish`] borrow the sets they need, before and after your own call
-//! of `PhysicsPipeline::step`. The [`recipes`] have it in full.
+//! of `PhysicsPipeline::step`. The [`recipes`] have a whole program.
 //!
 //! # Formulas
 //!
@@ -72,8 +72,8 @@
 //!
 //! # Detecting collisions
 //!
-//! A [contact](Field::contact) field around a part finds the parts that touch it, and answers by a
-//! [law](ContactLaw). [`FieldsBuilder::cross_check`] compares with Rapier's own contacts.
+//! A [contact](Field::contact) field on a collider finds the colliders that touch it, and answers by a
+//! [law](ContactLaw). [`FieldsBuilder::cross_check`] compares its contacts with Rapier's own.
 //!
 //! ```
 //! use rapier3d_fields::prelude::*;
@@ -95,8 +95,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! Detection at the end of a step misses bodies that pass through a part within the step.
-//! [`Detection::Swept`] finds the first touch of each pair, its time and place, and answers it there:
+//! Detection at the end of a step misses bodies that pass through a collider within the step.
+//! [`Detection::Swept`] finds the time and place of the first touch of each pair, and answers it there:
 //!
 //! ```
 //! use rapier3d_fields::prelude::*;
@@ -122,17 +122,17 @@
 //! # Precision
 //!
 //! `rapier3d-fields` computes in `f32` on top of `rapier3d`. Its twin `rapier3d-fields-f64` is the
-//! same source on top of `rapier3d-f64`. The [reference](reference::Reference) walks the tree in
-//! `f64` in both; every faster evaluator is tested against it.
+//! same source on top of `rapier3d-f64`. In both, the [reference](reference::Reference) evaluates the tree
+//! node by node in `f64`; every faster evaluator is tested against it.
 //!
 //! # Features
 //!
 //! - `expression`: formulas given as text: `field::Expression`.
-//! - `serde-serialize`: trees, settings and state are plain data for any of serde's formats. Scenes as
-//!   files are a crate of their own, `rapier3d-fields-scene`.
+//! - `serde-serialize`: trees, settings and state are plain data for any of serde's formats. Scene
+//!   files are in a crate of their own, `rapier3d-fields-scene`.
 //! - `parallel`: fields are evaluated on the threads of Rapier's pool, with the same bits on any number of threads.
 //! - `debug-render`: `FieldDebugRenderPipeline` draws fields through the backends of Rapier's debug-renderer.
-//! - `tracing`: the stages of a step are spans of the crate `tracing`, of the target `rapier3d_fields` at the level TRACE.
+//! - `tracing`: the stages of a step are spans of the crate `tracing`, with target `rapier3d_fields` and level TRACE.
 //! - `simd8` (in `f32`), `enhanced-determinism`: Rapier's own.
 
 #![forbid(unsafe_code)]

@@ -55,7 +55,7 @@ use crate::sample::{Gatherer, Properties};
 pub struct StepOutcome {
     /// Bodies on which fields were sampled; zero if no field can reach a body.
     pub sampled: usize,
-    /// Contacts detected: overlaps at the end of the step, and touches within it.
+    /// Contacts detected: overlaps at the end of the step, and with swept detection touches within it.
     pub contacts: usize,
     /// Bodies written to after Rapier's step, by the scheme and by responses.
     pub written: usize,
@@ -63,22 +63,22 @@ pub struct StepOutcome {
     pub particles: usize,
     /// The number of possible errors of the step; see [`Fields::warnings`](crate::Fields::warnings).
     pub warnings: usize,
-    /// Under a scheme that chooses (`Auto`, `PerBody`): a bound of the relative error of the energy of a vibration with
-    /// which any body was moved in this step, as far as its path shows it, and of what such errors add up to
-    /// ([`Auto`](crate::Scheme::Auto)). A quarter of the tolerance if no body came near that, zero if no field varies.
+    /// Under a scheme that chooses substeps (`Auto`, `PerBody`): for the worst body of this step, a bound of the
+    /// relative error of the energy of a vibration, and of the sum of such errors ([`Auto`](crate::Scheme::Auto)), as
+    /// far as its path shows it. A quarter of the tolerance if no body came near that, zero if no field varies.
     pub error: Option<Real>,
-    /// True if swept detection reached its limit of impacts in this step (10,000, and 256 for each body), as bodies do
-    /// that cannot come to rest. The remaining impacts are answered in the next step.
+    /// True if swept detection reached its limit of impacts in this step (10,000, and 256 for each body), which happens
+    /// with bodies that cannot come to rest. The remaining impacts are answered in the next step.
     pub exhausted: bool,
 }
 
 /// The machinery of a step, for programs that keep fields, settings and state themselves, as Rapier's
 /// `PhysicsPipeline` is for programs that keep its sets themselves. [`Fields`](crate::Fields) bundles the four.
 ///
-/// It holds buffers and caches only, made from the fields when they are first needed, and updated when the fields
-/// change. From a state that a step left behind it continues bit for bit, whether it is new, made that step, or has
-/// made others since. It may step several worlds in turn, but then its buffers are made anew in each step: a pipeline
-/// for each world is faster.
+/// It holds only buffers and caches, which are made from the fields when first needed, and updated when the fields
+/// change. From the state that a step left, any pipeline continues bit for bit: a new one, the one that made the step,
+/// or one that has made other steps since. It may step several worlds in turn, but then its buffers are made anew in
+/// each step: a pipeline for each world is faster.
 ///
 /// ```
 /// use rapier3d_fields::prelude::*;
@@ -123,13 +123,13 @@ pub struct FieldPipeline {
     undo: Undo,
     /// The evaluation at centres of mass in this half of the step.
     shown: Evaluation,
-    /// A body that a visit at centres of mass could not handle in the last step.
+    /// A body for which a visit at centres of mass did not suffice in the last step.
     blocker: Option<RigidBodyHandle>,
-    /// True if the first half of the step was one at centres of mass.
+    /// True if the first half of the step was made at centres of mass.
     at_centres: bool,
     due: DueBodies,
     apart: AnchorsApart,
-    /// An evaluation with which no step begins. It is that of the last step if the state has none.
+    /// A buffer for the next evaluation. It holds that of the last step while the state has none.
     spare: Evaluation,
     /// A buffer for the record of an open step.
     spare_record: OpenRecord,
@@ -142,7 +142,7 @@ pub struct FieldPipeline {
     pushed: BodySet,
     /// True if contacts are the same as when `pushed` was found.
     pushed_is_known: bool,
-    /// Shows whether they still are when the next step begins.
+    /// Shows when the next step begins whether contacts are still the same.
     pushed_mark: Option<StepMark>,
     softs: SoftBodies,
     pub(crate) detector: Detector,
@@ -163,10 +163,10 @@ pub struct FieldPipeline {
     other_colliders: bool,
     /// Bodies sampled in the last step.
     sampled: usize,
-    /// True once it has compared a state with a world.
+    /// True once a state has been compared with a world.
     met: bool,
     outlived: Outlived,
-    /// The number of the last step that it began. Its buffers are of that step, and of no use for another state.
+    /// The number of the last step that this pipeline began. Its buffers belong to that step.
     last_begun: u64,
     stopwatch: Stopwatch,
     pub(crate) events: Option<Sender<ContactEvent>>,
@@ -175,17 +175,17 @@ pub struct FieldPipeline {
 }
 
 impl FieldPipeline {
-    /// Nothing compiled yet.
+    /// A pipeline without buffers.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Begins a step, before Rapier's: hand the [hooks](OpenStep::hooks) of the open step to it, with the same
-    /// gravity and parameters, then [finish](Self::finish) the step. Edits of the set since the last step are
-    /// validated first, which is why it is borrowed mutably.
+    /// Begins a step. Pass the [hooks](OpenStep::hooks) of the open step to Rapier's step, with the same gravity and
+    /// parameters, then [finish](Self::finish) the step. The set is borrowed mutably because edits since the last step
+    /// are validated first.
     ///
     /// # Errors
-    /// See [`StepError`]; nothing has been written, but by [`StepError::Unfinished`].
+    /// See [`StepError`]; nothing has been written, except with [`StepError::Unfinished`].
     pub fn begin(
         &mut self,
         set: &mut FieldSet,
@@ -197,13 +197,13 @@ impl FieldPipeline {
         self.begin_step(&Definition { set, settings }, state, world, false)
     }
 
-    /// Finishes a step after Rapier's: call it once for each of its steps. Fields whose time is over leave the
-    /// set. Edits since [`begin`](Self::begin) count, unless one of them does not fit: then the step is finished with
-    /// the fields that it began with, and the next `begin` refuses the edit.
+    /// Finishes a step: call it once after each of Rapier's steps. Fields whose lifetime is over are removed from the
+    /// set. Edits since [`begin`](Self::begin) take effect, unless one of them is invalid: then the step is finished
+    /// with the fields that it began with, and the next `begin` refuses the edit.
     ///
     /// # Errors
-    /// See [`StepError`]; the world is as it was before [`begin`](Self::begin), but for [`StepError::NotTheirs`], after
-    /// which nothing has been changed.
+    /// See [`StepError`]; the world is as it was before [`begin`](Self::begin), except with [`StepError::NotTheirs`],
+    /// which changes nothing.
     pub fn finish(
         &mut self,
         set: &mut FieldSet,
@@ -222,12 +222,12 @@ impl FieldPipeline {
         Ok(outcome)
     }
 
-    /// Sends contacts that begin and end, as events, into a channel; `None` ends that.
+    /// Sends an event to a channel when a contact begins or ends; `None` stops that.
     pub fn set_events(&mut self, channel: impl Into<Option<Sender<ContactEvent>>>) {
         self.events = channel.into();
     }
 
-    /// Sends who enters and leaves zones; see [`Fields::set_zone_events`](crate::Fields::set_zone_events).
+    /// Sends events of zones to a channel; see [`Fields::set_zone_events`](crate::Fields::set_zone_events).
     pub fn set_zone_events(&mut self, channel: impl Into<Option<Sender<ZoneEvent>>>) {
         self.zone_events = channel.into();
     }
@@ -256,7 +256,7 @@ impl FieldPipeline {
     }
 
     /// Drops the buffers of other steps, so that the next step continues from its state as a new pipeline would. The
-    /// compiled fields stay: they know by themselves which set they were made of.
+    /// compiled fields stay, because they carry the revision of the set from which they were made.
     fn start_over(&mut self) {
         *self = FieldPipeline {
             scene: StepScene {
@@ -295,8 +295,8 @@ impl FieldPipeline {
     }
 }
 
-/// Returns whether a wrench acts on a body, and whether the body is to be woken or kept from falling asleep. `acting`
-/// has the decision for each body if any of them sleeps, else it is empty.
+/// Returns whether a wrench acts on a body, and whether the body is to be woken or kept awake. `acting` has the first
+/// decision for each body if any of them sleeps, else it is empty.
 fn acts(policy: WakePolicy, acting: &[bool]) -> impl Fn(usize, &Body, Wrench) -> (bool, bool) {
     move |place, body, wrench| {
         let acts = acting.get(place).copied().unwrap_or(true);

@@ -53,8 +53,8 @@ impl Fields {
 }
 
 impl FieldsBuilder {
-    /// Declares an axis of the user's own. `value` is that of all samples unless [`Fields::set_properties`] gives them
-    /// another.
+    /// Declares an axis of the user's own. `value` is that of all samples to which [`Fields::set_properties`] gives no
+    /// other.
     pub fn axis(mut self, name: &str, value: Real) -> Self {
         self.axes.push((name.into(), value));
         self
@@ -111,7 +111,7 @@ impl FieldsBuilder {
         self
     }
 
-    /// Sets the time at which fields look for contacts: at the end of each step, or over the whole of it.
+    /// Sets the time at which fields detect contacts: at the end of each step, or over the whole of it.
     pub fn detection(mut self, detection: Detection) -> Self {
         self.settings.detection = detection;
         self
@@ -134,7 +134,7 @@ impl FieldsBuilder {
     /// Compiles the tree.
     ///
     /// # Errors
-    /// The tree is empty or too deep, a parameter of it or a setting is out of its range, or
+    /// The tree is empty or too deep, one of its parameters or a setting is out of its range, or
     /// an axis is unknown or declared twice.
     pub fn build(self) -> Result<Fields, BuildError> {
         let mut set = FieldSet::new();

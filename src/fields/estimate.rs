@@ -1,4 +1,4 @@
-//! An estimate of the error that steps leave: the same time is simulated again in steps of half the length.
+//! An estimate of the error of steps: the same time is simulated again in steps of half the length.
 
 use super::Fields;
 use crate::bridge::StepError;
@@ -11,13 +11,13 @@ use crate::rapier::pipeline::PhysicsWorld;
 pub struct ErrorEstimate {
     /// The body.
     pub body: RigidBodyHandle,
-    /// Of the position of its centre of mass, in lengths.
+    /// Error of the position of its centre of mass, in lengths.
     pub position: Real,
-    /// Of its attitude, in radians.
+    /// Error of its attitude, in radians.
     pub rotation: Real,
-    /// Of the velocity of its centre of mass, in lengths per time.
+    /// Error of the velocity of its centre of mass, in lengths per time.
     pub velocity: Real,
-    /// Of its angular velocity, in radians per time.
+    /// Error of its angular velocity, in radians per time.
     pub angular_velocity: Real,
 }
 
@@ -27,15 +27,16 @@ impl Fields {
     ///
     /// A copy of the world makes the steps, and another makes twice as many of `dt / 2`. By Richardson's extrapolation
     /// the error of the first is their difference times 1/(1 − 2⁻ᵖ) for a scheme of order p. That order is 2 for
-    /// `KickDriftKick` and for `Substep` with a fixed number, 4 for `Forward4`, and taken as 1 for all others; so where
-    /// `Auto`, or substeps chosen for each body, find nothing stiff, the estimate is half as large again. Where they find
-    /// only the longer steps stiff, these may be the more exact ones: the estimate is then the error of the other copy. It
-    /// costs three times the steps, and two copies.
+    /// `KickDriftKick` and for `Substep` with a fixed number, 4 for `Forward4`, and taken as 1 for all others. So the
+    /// estimate is too large by half where `Auto`, or `Substep` with a number for each body, finds nothing stiff. Where
+    /// it finds only the longer steps stiff, these may be the more exact ones: the estimate is then the error of the
+    /// other copy. It costs three times the steps, and two copies.
     ///
-    /// The estimate holds where errors fall as the order says. Steps that are too long for the fields give an estimate
-    /// that is wrong: large where motions explode, and too small where the scheme damps them in both copies. A contact
-    /// within the steps is of first order. Rounding does not fall with the step and is not seen. A path that is chaotic
-    /// over the steps shows how far it may stray. Your own hooks are not called on the copies, and no events are sent.
+    /// The estimate holds where errors fall with the step by this order. For steps that are too long for the fields it
+    /// is wrong: large where motions explode, and too small where the scheme damps them in both copies. A contact
+    /// within the steps is of first order. Rounding does not fall with the step and is not included. For a path that is
+    /// chaotic over the steps, the estimate is how far it may stray. Your own hooks are not called on the copies, and
+    /// no events are sent.
     ///
     /// ```
     /// use rapier3d_fields::prelude::*;
@@ -86,7 +87,7 @@ impl Fields {
         dt: Real,
     ) -> Result<RigidBodySet, StepError> {
         let mut copy = self.predict(world);
-        // Neither has an effect on the motion of bodies.
+        // The audit does not change the motion of bodies, and the cross-check only by roundings.
         copy.fields.settings.cross_check.on = false;
         copy.fields.settings.audit = false;
         copy.world.integration_parameters.dt = dt;
@@ -97,7 +98,7 @@ impl Fields {
     }
 }
 
-/// The least order of a scheme: the error falls with this power of the step.
+/// The lowest order of a scheme: the error falls with this power of the step.
 fn order(scheme: &Scheme) -> i32 {
     match scheme {
         Scheme::KickDriftKick | Scheme::Substep(Substeps::Fixed(_)) => 2,
@@ -106,7 +107,7 @@ fn order(scheme: &Scheme) -> i32 {
     }
 }
 
-/// The angle between two attitudes, from the sine of its half: from the cosine, half of the digits are lost.
+/// The angle between two attitudes, from the sine of its half: the cosine would lose half of the digits.
 fn angle(a: &Rotation, b: &Rotation) -> Real {
     let between = *a * b.inverse();
     2.0 * between.xyz().length().min(1.0).asin()

@@ -6,7 +6,7 @@ use crate::math::{Pose, RigidBodyHandle};
 use crate::pipeline::{FieldPipeline, StepOutcome};
 use crate::rapier::pipeline::{CollisionPipeline, PhysicsPipeline, PhysicsWorld};
 
-/// A copy of a world with its fields, to be stepped ahead of them; made by [`Fields::predict`].
+/// A copy of a world with its fields, which can be stepped ahead; made by [`Fields::predict`].
 pub struct Prediction {
     /// The copy of the world, under the same handles.
     pub world: PhysicsWorld,
@@ -21,8 +21,8 @@ impl Fields {
     /// The copy has all of Rapier's sets, with contacts, joints, islands and the trees of the broad phase, gravity and
     /// parameters; and the fields, their settings and their state. It does not have the workspaces of the pipelines,
     /// which the first step fills anew (a thread pool set for the pipeline is one of them), nor the channel of
-    /// [events](crate::FieldsBuilder::events). So it makes the same steps as the world, bit for bit, as long as both
-    /// get the same input: pass hooks of your own to both.
+    /// [events](crate::FieldsBuilder::events). So its steps are those of the world, bit for bit, as long as both get
+    /// the same input, including your own hooks.
     ///
     /// It costs a copy of each set, and a compilation of the fields in the first step; each step then costs the same as
     /// a step of the world. Shapes are shared.
@@ -58,8 +58,7 @@ impl Prediction {
         self.fields.step(&mut self.world)
     }
 
-    /// The pose of a body after each of the next steps, up to the first step after which the body is not there any
-    /// more.
+    /// The pose of a body after each of the next steps, as long as the body is in the world.
     ///
     /// # Errors
     /// As [`Fields::step`].

@@ -1,4 +1,4 @@
-//! Queries of the fields in the present world, of the last step, and of the records kept over steps.
+//! Queries: the fields in the present world, the last step, and the reports kept over steps.
 
 use super::Fields;
 use crate::bridge::{StepError, WorldRef};
@@ -14,7 +14,7 @@ use crate::pipeline::{BodySample, FieldValue, StepTimings, value_of};
 use crate::rigid::Wrench;
 
 impl Fields {
-    /// The evaluation that the compiler chose for each field; its `Display` is a short report.
+    /// The way of evaluation chosen for each field; its `Display` is a short report.
     pub fn plan(&self) -> Plan {
         self.pipeline.plan(&self.set)
     }
@@ -84,8 +84,8 @@ impl Fields {
     }
 
     /// The wrench of the fields on a body in the present world, which need not have been stepped; `None` for a body
-    /// that fields do not move. Changes of velocity count as taking one unit of time. It evaluates all bodies, so it
-    /// costs the same as the evaluation in a step.
+    /// that fields do not move. A change of velocity counts as the force that makes it in one unit of time. It
+    /// evaluates all bodies, so it costs as much as the evaluation in a step.
     ///
     /// # Errors
     /// See [`StepError`].
@@ -157,7 +157,7 @@ impl Fields {
             .potential_energy(&self.definition(), &self.state, world.into())
     }
 
-    /// The reasons for the wrench on a body in the present world: the force of each field but contact fields, the
+    /// The reasons for the wrench on a body in the present world: the force of each field except contact fields, the
     /// fields that overrule it, and the resulting wrench. `None` for a body that fields cannot move.
     ///
     /// ```
@@ -181,7 +181,7 @@ impl Fields {
             .explain(&self.definition(), &self.state, world.into(), body)
     }
 
-    /// The energy audit, if it is on: the potential and work of each field since it began, and the drift that remains.
+    /// The energy audit, if it is on: the potential and work of each field since it began, and the unexplained drift.
     ///
     /// ```
     /// use rapier3d_fields::prelude::*;
@@ -223,7 +223,7 @@ impl Fields {
 
     /// The composite field at some points of the present world: the force on a resting point of unit mass without
     /// charge, whether any field is defined there, and the fields that count. Fields anchored to bodies act at all
-    /// points, also at points on these bodies.
+    /// points, including points on these bodies.
     ///
     /// ```
     /// use rapier3d_fields::prelude::*;
@@ -244,10 +244,10 @@ impl Fields {
             .values_at(&self.definition(), &self.state, world.into(), world_points)
     }
 
-    /// The composite field as a sample feels it that has a velocity, a charge, other properties, or touches something. The
-    /// push of a [contact](crate::Field::contact) field of the paper's laws is the force that makes its change of velocity
-    /// within the sample's `dt`. The time is that of the sample, and not [that of the fields](Self::time). Fields do not act
-    /// on the body that they are anchored to, if the sample is of that.
+    /// The composite field at a sample with a velocity, a charge, other properties, or touches. A
+    /// [contact](crate::Field::contact) field with one of the paper's laws gives the force that makes its change of
+    /// velocity within the sample's `dt`. The time is that of the sample, not [that of the fields](Self::time). Fields
+    /// anchored to the body of the sample do not act.
     ///
     /// ```
     /// use rapier3d_fields::field::{Query, Touch};
@@ -268,7 +268,7 @@ impl Fields {
     }
 
     /// The fields that are defined nowhere because their anchors are not in the world, as the errors that a first step
-    /// would give.
+    /// would return.
     pub fn removed_anchors<'a>(&self, world: impl Into<WorldRef<'a>>) -> Vec<StepError> {
         self.pipeline
             .removed_anchors(&self.definition(), world.into())

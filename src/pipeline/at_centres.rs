@@ -14,7 +14,7 @@ pub(super) use block::BodyBlock;
 use pass::{FirstHalf, HalfStep, Pass};
 
 impl FieldPipeline {
-    /// Returns true if fields, settings and world allow it.
+    /// Returns true if fields, settings and world allow a step at centres of mass.
     pub(super) fn acts_at_centres(&self, fields: &Definition<'_>, world: &WorldMut<'_>) -> bool {
         let settings = fields.settings;
         let parameters = world.integration_parameters;
@@ -46,7 +46,7 @@ impl FieldPipeline {
             first: None,
         };
         let last = state.evaluation.as_ref();
-        // Before contacts are searched, with the held bodies of the last step, which mostly are still held.
+        // Before the search for contacts, with the held bodies of the last step, most of which are still held.
         if self.pass(&half, last, world).is_blocked() {
             return None;
         }

@@ -18,8 +18,8 @@ use crate::integrate::{Fault, FaultPolicy, Scheme, StepWarning, warn_of_caps};
 use crate::rigid::{Body, Wrench};
 
 impl FieldPipeline {
-    /// Makes the first half of a step. `alone` if Rapier's step follows at once. After an error nothing has been
-    /// written, except that an unfinished step before it is taken back.
+    /// Makes the first half of a step. `alone` is true if Rapier's step follows at once. After an error nothing has
+    /// been written, except that the previous step is taken back if it was not finished.
     pub(crate) fn begin_step(
         &mut self,
         fields: &Definition<'_>,
@@ -139,7 +139,7 @@ impl FieldPipeline {
         })
     }
 
-    /// Looks for contacts that have outlived a shape, and warns of them.
+    /// Warns of contacts that Rapier keeps of a shape which its collider no longer has.
     fn look_for_outlived(&mut self, world: &mut WorldMut<'_>) {
         let anew = self.other_bodies || self.other_colliders;
         let pairs = self.outlived.find(world, anew).into_iter();
@@ -210,7 +210,7 @@ impl FieldPipeline {
     }
 
     /// Evaluates the fields, unless the last step has done so, and computes and writes the first half of the motion of
-    /// all bodies. Returns true if no field reaches any body, and whether sleepers are evaluated.
+    /// all bodies. Returns whether no field reaches any body, and whether sleeping bodies are evaluated.
     fn begin_bodies(
         &mut self,
         fields: &Definition<'_>,
@@ -258,7 +258,7 @@ impl FieldPipeline {
         let anew = due != Due::None;
         self.find_held(fields, world);
         let scheme = fields.settings.scheme;
-        // Under other schemes the last step has not placed the samples.
+        // Under other schemes the last step has not moved the samples to the present poses.
         let there = self.scene.samples.are_placed && scheme == Scheme::KickDriftKick;
         if anew || self.scene.compiled.reads_velocity || !there {
             self.place();
@@ -276,7 +276,7 @@ impl FieldPipeline {
         Ok((false, sleepers))
     }
 
-    /// Returns true if the wrenches on sleepers may have changed since they fell asleep.
+    /// Returns true if the wrenches on sleeping bodies may have changed since they fell asleep.
     fn looks_at_sleepers(
         &self,
         fields: &Definition<'_>,

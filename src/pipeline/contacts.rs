@@ -1,4 +1,4 @@
-//! Contacts of a step: what Rapier is told before its step, and detection and answers after it.
+//! Contacts of a step: hooks before Rapier's step, and detection and answers after it.
 
 use std::sync::Arc;
 
@@ -24,7 +24,7 @@ impl FieldPipeline {
         }
     }
 
-    /// Records them after the first kicks.
+    /// Records the bodies after the first kicks, for contacts.
     pub(super) fn note_kicks(
         &mut self,
         fields: &Definition<'_>,
@@ -57,7 +57,7 @@ impl FieldPipeline {
         Arc::make_mut(&mut self.detector.starts).after(&world.view(), share, momenta);
     }
 
-    /// The pairs that are Rapier's, because no detection field acts at their present poses.
+    /// The claimed pairs that are left to Rapier, because no detection field acts at their present poses.
     pub(super) fn release(&mut self, state: &FieldState, world: &WorldMut<'_>) -> Pairs {
         let (view, claims, properties) = (world.view(), &self.claims, &self.properties);
         let pairs = world.narrow_phase.contact_pairs();
@@ -137,8 +137,8 @@ impl FieldPipeline {
             .sweep(compiled, &view, step, sites, &mut self.pushes);
     }
 
-    /// Writes the results of contacts to bodies, except velocities that are too fast and poses that are not finite.
-    /// Returns the number of bodies.
+    /// Writes the results of contacts to bodies, except of bodies that would be too fast or have a pose that is not
+    /// finite. Returns the number of bodies written.
     pub(super) fn push(&mut self, world: &mut WorldMut<'_>) -> usize {
         self.pushes.retain(|push| {
             let bears = |velocity: Vector| velocity.length() <= FASTEST;
@@ -199,7 +199,7 @@ impl FieldPipeline {
     }
 }
 
-/// Tells which contacts the fields answer. Some they leave to Rapier's solver, whatever the rules say.
+/// A test for the contacts that fields answer. Some belong to Rapier's solver under any rules.
 fn answers<'a>(
     rules: &'a ResponderRules,
     verdicts: &'a Verdicts,

@@ -1,4 +1,4 @@
-//! The bodies that are evaluated before a step although the last step has evaluated others.
+//! The bodies that are evaluated before a step, because the evaluation of the last step does not hold for them.
 
 use super::scene::StepScene;
 use crate::field::Anchor;
@@ -18,7 +18,7 @@ pub(super) enum Due {
 /// Some of the bodies that were read, with buffers for their evaluation.
 #[derive(Default)]
 pub(super) struct DueBodies {
-    /// Their places among all, in order.
+    /// Their places among all bodies that were read, in order.
     pub places: Vec<usize>,
     pub bodies: Vec<Body>,
     samples: Samples,
@@ -34,7 +34,7 @@ pub(super) struct AnchorsApart {
 }
 
 impl DueBodies {
-    /// Puts them in the place of the bodies of a scene, or back.
+    /// Swaps these bodies and samples with those of a scene.
     pub(super) fn swap(&mut self, scene: &mut StepScene) {
         std::mem::swap(&mut self.bodies, &mut scene.bodies);
         std::mem::swap(&mut self.samples, &mut scene.samples);

@@ -35,7 +35,7 @@ impl FieldPipeline {
         }
     }
 
-    /// Finds the bodies for which the evaluation that the last step left is not valid. `remade` if bodies have other
+    /// Finds the bodies for which the evaluation of the last step is not valid. `remade` is true if bodies have other
     /// parts than then.
     pub(super) fn find_due(
         &mut self,
@@ -84,12 +84,12 @@ impl FieldPipeline {
                 self.due.places.push(place);
             }
         }
-        // A second list of samples has to pay.
+        // For more bodies, a second list of samples costs more than it saves.
         let few = self.due.places.len() * 2 <= bodies.len();
         if few { Due::Some } else { Due::All }
     }
 
-    /// Returns true if an evaluation is not valid for this step, even on bodies that are as the last one left them.
+    /// Returns true if an evaluation is not valid for this step, even for bodies that have not changed since.
     fn is_stale(
         &self,
         set: &FieldSet,
@@ -98,7 +98,7 @@ impl FieldPipeline {
         view: &WorldRef<'_>,
         dt: Real,
     ) -> bool {
-        // Its lifetimes were evaluated for the last step.
+        // The evaluation weights lifetimes by their overlap with the last step.
         let both = Span {
             start: state.time - to_f64(evaluation.dt),
             end: state.time + to_f64(dt),
@@ -110,7 +110,7 @@ impl FieldPipeline {
             || carriers.any(|(anchor, was)| view.frame(anchor) != *was)
     }
 
-    /// Evaluates the fields on the bodies that are due, which are not none.
+    /// Evaluates the fields on the bodies that are due; `due` is not `None`.
     pub(super) fn evaluate_anew(
         &mut self,
         fields: &Definition<'_>,
@@ -152,7 +152,7 @@ impl FieldPipeline {
         Ok(())
     }
 
-    /// Evaluates the fields on some of the bodies that were read. Returns false if a force cannot be given to Rapier.
+    /// Evaluates the fields on the bodies listed in `due`. Returns false if a force cannot be given to Rapier.
     fn evaluate_due(&mut self, fields: &Definition<'_>, world: &WorldMut<'_>, now: Now) -> bool {
         let mut due = std::mem::take(&mut self.due);
         due.bodies.clear();
@@ -175,7 +175,7 @@ impl FieldPipeline {
         outcome.is_ok()
     }
 
-    /// Under a scheme that chooses, linearises bodies again whose velocities were changed by hand.
+    /// Under `Auto` and `PerBody`, linearises bodies again whose velocities the user has changed.
     pub(super) fn look_again(
         &mut self,
         fields: &Definition<'_>,

@@ -33,7 +33,7 @@ impl FieldPipeline {
                 evaluation.leave_out(&fault, &sifted(fields.set, &fault));
                 return Ok(());
             }
-            // Again, without the bodies that are to be disabled.
+            // Evaluated again without the bodies that are to be disabled.
             self.gather(&view, false);
             self.place();
         }
@@ -53,7 +53,7 @@ impl FieldPipeline {
         Ok(())
     }
 
-    /// The same for the faults of motions. `evaluation` is that of the bodies.
+    /// Does the same for the faults of motions, and removes the bodies that are to be disabled from `evaluation`.
     pub(super) fn answer_all(
         &mut self,
         fields: &Definition<'_>,
@@ -145,7 +145,7 @@ impl FieldPipeline {
     }
 }
 
-/// The rules with the treatment of faults.
+/// The rules of motion, with the treatment of faults.
 pub(super) fn answering<'a>(
     rules: MotionRules<'a>,
     on_fault: FaultPolicy,

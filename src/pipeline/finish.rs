@@ -19,8 +19,8 @@ use crate::math::{Real, RigidBodyHandle, from_f64, to_f64};
 use crate::rigid::{MidStepImpact, Wrench, sort_by_body};
 
 impl FieldPipeline {
-    /// Makes the second half of a step. After an error the world is as it was before the step began, but for
-    /// [`StepError::NotTheirs`], after which it is as it was given.
+    /// Makes the second half of a step. After an error the world is as it was before the step began, except with
+    /// [`StepError::NotTheirs`], which changes nothing.
     pub(crate) fn finish_step(
         &mut self,
         fields: &Definition<'_>,
@@ -93,7 +93,7 @@ impl FieldPipeline {
             }
         }
         if !self.scene.compiled.detectors.is_empty() {
-            // No hook is called any more. Without this reference, the detector can change its own in place.
+            // No hook is called any more. Dropping this reference lets the detector change its own without a copy.
             open.starts = Arc::default();
         }
         self.stopwatch.lap(StepStage::Bookkeeping);
@@ -195,7 +195,7 @@ impl FieldPipeline {
         })
     }
 
-    /// The largest error of bodies under a scheme that chooses.
+    /// The largest error of bodies under `Auto` and `PerBody`.
     fn error(&self, fields: &Definition<'_>, open: &OpenStep) -> Option<Real> {
         let varies = !open.idle && self.scene.compiled.varies();
         let reached = if varies { self.integrator.reached } else { 0.0 };
@@ -232,7 +232,7 @@ impl FieldPipeline {
         let kicks = fields.settings.scheme.kicks_twice() || open.motions.bounced;
         if !kicks && late.is_empty() && !self.pushes.iter().any(deflected) {
             self.note_sleepers(fields, state, &open.bodies, world);
-            // Kept because the change of wrenches from step to step is monitored.
+            // Kept, because the next step monitors the change of the wrenches.
             if let Some(evaluation) = &mut state.evaluation {
                 evaluation.outdated = true;
             }
@@ -241,7 +241,7 @@ impl FieldPipeline {
         }
         let now = Now::last(state.time, open.dt);
         if let Some(last) = &mut state.evaluation {
-            // These get no second half, so their velocities are true as they are.
+            // Settled bodies get no second half kick: their velocities are those of the end of the step already.
             let mut at = 0;
             for (body, wrench) in last.bodies.iter().zip(&mut last.wrenches) {
                 let rest = open.motions.next_completion(&mut at, *body);
@@ -314,7 +314,7 @@ impl FieldPipeline {
                 error: from_f64(error),
             });
         self.warnings.extend(hit);
-        // This needs the places at which the bodies were found.
+        // Before the next call removes bodies, which changes their places in the list.
         for now in &self.redone {
             let body = &mut self.scene.bodies[now.place];
             (body.pose, body.linvel, body.angvel) = (now.pose, now.linvel, now.angvel);
@@ -339,8 +339,8 @@ impl FieldPipeline {
         Ok(written)
     }
 
-    /// The free bodies that were awake before Rapier's step, but not read. Others that it woke are held: contacts or
-    /// joints woke them within the step.
+    /// The free bodies that were awake before Rapier's step, but not read. Other bodies that are awake now are held:
+    /// contacts or joints woke them within the step.
     fn missed_bodies(&self, world: &WorldMut<'_>) -> Vec<RigidBodyHandle> {
         let mut late = self.reader.late(world.islands);
         let constraints = Constraints::new(world);

@@ -16,8 +16,8 @@ use crate::rigid::Body;
 ///
 /// It owns the data for the second half of the step. Bodies that are removed in the meantime are left out; bodies that
 /// are added take part from the next step on; fields that are edited act, as edited, from the second half on. If a step
-/// is dropped instead of finished, its forces and switches in the world are taken back when the next one begins, which
-/// returns an error.
+/// is dropped instead of finished, the next `begin` takes back its forces and switches in the world, and returns an
+/// error.
 #[must_use = "a step that was begun is to be finished"]
 pub struct OpenStep {
     pub(super) number: u64,
@@ -43,7 +43,7 @@ pub struct OpenStep {
     pub(super) tally: Tally,
     /// The loads on particles of soft bodies, if there are any.
     pub(super) soft: Option<SoftFlight>,
-    /// True if sleepers are evaluated.
+    /// True if sleeping bodies are evaluated.
     pub(super) sleepers: bool,
     pub(super) claims: Arc<Claims>,
     pub(super) listening: Arc<Listening>,
@@ -60,7 +60,8 @@ pub struct OpenStep {
 }
 
 impl OpenStep {
-    /// The hooks to pass to Rapier's step: the user's, with those that tell Rapier which contacts the fields answer.
+    /// The hooks to pass to Rapier's step: the user's, and those that keep contacts which fields answer from its
+    /// solver.
     pub fn hooks<'a>(&'a self, user: &'a dyn PhysicsHooks) -> StepHooks<'a> {
         StepHooks {
             claims: &self.claims,

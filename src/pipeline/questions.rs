@@ -20,7 +20,7 @@ use crate::sample::{Attitude, Gatherer, Kind, Properties, SamplePoint, Samples, 
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct BodySample {
-    /// The kind of sampling it belongs to: one of `Centre`, `Parts`, `Volume` and `Surface`.
+    /// The kind of sampling to which it belongs: `Centre`, `Parts`, `Volume` or `Surface`.
     pub sampling: Sampling,
     /// The query of the fields at this point. The sample stands for `share` · `fraction` of the body's mass.
     pub query: Query,
@@ -31,10 +31,10 @@ pub struct BodySample {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct FieldValue {
-    /// The force on the sample, by [`Fields::values_at`](crate::Fields::values_at) a resting point of unit mass and no charge; zero where
-    /// no field is defined.
+    /// The force on the sample; for [`Fields::at`](crate::Fields::at), on a resting point of unit mass without charge.
+    /// Zero where no field is defined.
     pub force: Vector,
-    /// True if any field is defined there, which is not the same as a force.
+    /// True if any field is defined there, even if the force is zero.
     pub is_defined: bool,
     /// The fields that count there.
     pub fields: Vec<FieldRef>,
@@ -135,7 +135,8 @@ impl FieldPipeline {
             return Vec::new();
         };
         let listed = samples.each_of(place);
-        // Of each kind, the small set of points is shown only without the large one, because both stand for the same.
+        // Of each kind, the small set of points is listed only without the large one: both stand for the same volume or
+        // surface.
         let has = |points| listed.clone().any(|it| it.kind == Kind::Several(points));
         let many = [Points::Volume, Points::Surface].map(has);
         let listed = listed.filter(|sample| match sample.kind {
@@ -203,7 +204,6 @@ impl FieldPipeline {
         state: &FieldState,
         view: WorldRef<'_>,
     ) -> PotentialEnergy {
-        // Sleepers have potential energy too.
         let scene = self.scene(fields, state, 1.0, view);
         let moment = moment(scene.time, scene.dt);
         let mut evaluator = Evaluator::default();
@@ -332,7 +332,7 @@ impl<'a> Scene<'a> {
     }
 }
 
-/// Points as samples of all kinds, of which each field takes one.
+/// Points as samples of all kinds, because each field takes one kind.
 fn points(properties: &Properties, world_points: &[Vector]) -> Samples {
     let mut samples = Samples::default();
     samples.clear();
@@ -360,7 +360,7 @@ fn points(properties: &Properties, world_points: &[Vector]) -> Samples {
     samples
 }
 
-/// The composite field as a sample feels it, by the reference.
+/// The composite field at a sample, by the reference.
 pub(crate) fn value_of(set: &FieldSet, view: &WorldRef<'_>, query: &Query) -> FieldValue {
     let mut force = DVec3::ZERO;
     let mut value = FieldValue {

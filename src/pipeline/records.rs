@@ -1,4 +1,4 @@
-//! The records of how a step leaves bodies, by which the next one knows whether anything else has moved them.
+//! Records of the bodies at the end of a step, by which the next step detects bodies that were changed in between.
 
 use super::state::BodyRecord;
 use super::{Definition, FieldPipeline, FieldState};
@@ -33,14 +33,14 @@ impl FieldPipeline {
         };
         let records = evaluation.bodies.iter().map_while(stands);
         state.records.extend(records);
-        // A body is gone.
+        // A body was removed.
         if state.records.len() != evaluation.bodies.len() {
             state.records.clear();
         }
     }
 
-    /// Records the wrenches under which bodies fell asleep in this step, because the next evaluation may see other
-    /// fields.
+    /// Records the wrenches under which bodies fell asleep in this step, because fields may be edited before the next
+    /// evaluation.
     pub(super) fn note_sleepers(
         &mut self,
         fields: &Definition<'_>,

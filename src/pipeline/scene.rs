@@ -109,8 +109,8 @@ impl StepScene {
     }
 }
 
-/// A moment by itself, for a step of length `dt`. In a step of no length no force acts, but a change of velocity must
-/// give a finite force.
+/// A moment by itself, for a step of length `dt`. In a step of zero length no force acts, but a field that is a change
+/// of velocity must give a finite force.
 pub(super) fn moment(time: f64, dt: Real) -> Moment {
     Moment {
         time,

@@ -26,11 +26,11 @@ pub struct FieldSettings {
     pub wake: WakePolicy,
     /// The treatment of bodies to which fields give a force that is not finite, or too large.
     pub on_fault: FaultPolicy,
-    /// The time at which fields look for contacts.
+    /// The time at which fields detect contacts.
     pub detection: Detection,
     /// The contacts of fields that are compared with Rapier's.
     pub cross_check: CrossCheck,
-    /// True to keep account of the energy in each step; see [`Fields::audit`](crate::Fields::audit).
+    /// True to audit the energy in each step; see [`Fields::audit`](crate::Fields::audit).
     pub audit: bool,
     pub(crate) rules: ResponderRules,
 }

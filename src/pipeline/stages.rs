@@ -62,7 +62,7 @@ impl FieldPipeline {
         if fields.settings.scheme.loads() || self.scene.compiled.reads_velocity {
             let constraints = Constraints::new(world);
             if !self.pushed_is_known {
-                // Only a list of all is good for the next step, before which users may wake others.
+                // Only a complete list can be kept for the next step, because users may wake other bodies before it.
                 self.pushed_is_known =
                     self.other_bodies || !most_sleep(world.bodies, world.islands);
                 if self.pushed_is_known {
@@ -92,7 +92,7 @@ impl FieldPipeline {
         }
     }
 
-    /// Copies the sampled bodies: the awake ones, and others that are wanted.
+    /// Copies the bodies to sample: those that are awake, and the others in `wanted`.
     pub(super) fn read(&mut self, world: &WorldMut<'_>, wanted: Wanted<'_>) {
         span!("read");
         let (bodies, warnings) = (&mut self.scene.bodies, &mut self.warnings);
@@ -107,8 +107,8 @@ impl FieldPipeline {
         }
     }
 
-    /// Updates the parts of the samples that outlive steps for the bodies that were read. Returns true if they are made
-    /// of other parts than before. `known` if the bodies have the same parts as before.
+    /// Updates the data of samples that are kept between steps, for the bodies that were read. Returns true if they
+    /// have changed. With `known`, the bodies are taken to have the same parts as before.
     pub(super) fn gather(&mut self, view: &WorldRef<'_>, known: bool) -> bool {
         span!("samples");
         self.gatherer.gather(
@@ -137,7 +137,7 @@ impl FieldPipeline {
     }
 
     /// Returns true if no field can reach any body in this step: all fields are bounded, and each body is farther away
-    /// than Rapier lets it move. Then `self.scene.bodies` are those that this crate rotates all the same.
+    /// than Rapier lets it move. Then `self.scene.bodies` are the bodies that this crate nevertheless rotates.
     pub(super) fn is_idle(&mut self, fields: &Definition<'_>, world: &WorldMut<'_>) -> bool {
         let watched = fields.settings.audit || self.cross_checks(fields);
         let detects = !self.scene.compiled.detectors.is_empty();
@@ -249,7 +249,7 @@ impl FieldPipeline {
         (way.is_finite() && !reach.low.is_nan() && !reach.high.is_nan()).then_some(reach)
     }
 
-    /// All samples of all bodies that fields can move, with sleepers. `gatherer` keeps what it knows of shapes.
+    /// All samples of all bodies that fields can move, including sleeping ones. `gatherer` keeps its points of shapes.
     pub(super) fn sample_everyone(
         gatherer: &mut Gatherer,
         properties: &Properties,

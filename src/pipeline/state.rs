@@ -25,9 +25,9 @@ pub struct FieldState {
     pub(crate) mark: Option<u64>,
     /// The evaluation with which the next step begins, unless something changed.
     pub(crate) evaluation: Option<Evaluation>,
-    /// The bodies for which it was made, as the step left them.
+    /// The bodies of the evaluation, as the step left them.
     pub(crate) records: Vec<BodyRecord>,
-    /// The anchors that are not on any of these bodies, with their frames.
+    /// The anchors that are on none of these bodies, with their frames.
     pub(crate) carriers: Vec<(Anchor, Option<Frame>)>,
     /// Bodies found stiff, in the order of their handles.
     pub(crate) stiff: Vec<RigidBodyHandle>,
@@ -39,7 +39,7 @@ pub struct FieldState {
     pub(crate) anchored: Option<[usize; 2]>,
     /// Anchors that were reported missing.
     pub(crate) removed: Vec<Anchor>,
-    /// Colliders that were given hook bits, with their own.
+    /// Colliders that were given hook bits, with the bits that the user has set.
     pub(crate) listening: Arc<Listening>,
     /// Contacts that are Rapier's, although fields claim them.
     pub(crate) hand_over: HandOver,
@@ -52,10 +52,10 @@ pub struct FieldState {
     /// The number of the last step that was begun; zero if none was, or if it was read from elsewhere.
     #[cfg_attr(feature = "serde-serialize", serde(skip))]
     pub(crate) last_begun: u64,
-    /// The record of a step that is not finished, by which it is taken back if it never is.
+    /// The record of an unfinished step, by which it can be taken back.
     #[cfg_attr(feature = "serde-serialize", serde(skip))]
     pub(crate) open: Option<OpenRecord>,
-    /// True once it was found sound; a deserialized state has not been checked yet.
+    /// True once the state was checked; false after it was deserialized.
     #[cfg_attr(feature = "serde-serialize", serde(skip))]
     checked: bool,
 }
@@ -77,11 +77,11 @@ pub(crate) struct OpenRecord {
     pub overrides: Vec<ForceOverride>,
     /// Bodies whose gyroscopic term is off for the step.
     pub steady: Vec<RigidBodyHandle>,
-    /// The same for soft bodies.
+    /// The forces lent to soft bodies for the step.
     pub lent: Vec<LentForces>,
 }
 
-/// A number of a step that no other step of this process has.
+/// A number for a step, unique within the process.
 pub(super) fn next_number() -> u64 {
     static NEXT: AtomicU64 = AtomicU64::new(1);
     NEXT.fetch_add(1, Ordering::Relaxed)
@@ -110,7 +110,7 @@ impl FieldState {
         self.evaluation = None;
     }
 
-    /// Returns an error if one of its values shows that no step has left it behind.
+    /// Returns an error if a value is one that no step leaves behind.
     pub(crate) fn check(&mut self) -> Result<(), StepError> {
         let amiss = if self.checked { None } else { self.amiss() };
         let time = (!self.time.is_finite()).then(|| format!("time is {}", self.time));
@@ -169,7 +169,7 @@ fn index(body: RigidBodyHandle) -> u32 {
 }
 
 impl BodyRecord {
-    /// Returns true for what a step leaves, which may not hold for one that was deserialized.
+    /// Returns true if all values are finite, which need not hold for a deserialized record.
     fn is_finite(&self) -> bool {
         self.pose.is_finite() && self.linvel.is_finite() && self.angvel.is_finite()
     }

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum StepStage {
-    /// Edits of the fields are applied, anchors are looked up, and bodies in reach are searched.
+    /// Edits of the fields are applied, anchors are looked up, and bodies within reach of fields are searched.
     Bookkeeping,
     /// Bodies are read, evaluated and written in one visit, where few fields act on them at their centres.
     Visits,
@@ -75,7 +75,7 @@ impl fmt::Display for StepTimings {
     }
 }
 
-/// Is in a span of `tracing` from here to the end of the block, with that feature.
+/// Opens a span of `tracing` up to the end of the block, with that feature.
 macro_rules! span {
     ($name:literal) => {
         #[cfg(feature = "tracing")]
@@ -84,7 +84,7 @@ macro_rules! span {
 }
 pub(super) use span;
 
-/// Measures stages, if it is on.
+/// Measures the time of stages, if it is on.
 #[derive(Debug, Default)]
 pub(super) struct Stopwatch {
     pub on: bool,

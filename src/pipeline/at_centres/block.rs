@@ -19,12 +19,12 @@ pub(crate) struct BodyBlock {
     pub(super) parts: [PartsMark; TOGETHER],
     /// The places of the bodies in the previous evaluation.
     pub(super) known: [Option<usize>; TOGETHER],
-    /// One bit for each body that gravity, the user's force or damping moves, too, and the motion by these causes.
+    /// One bit for each body that gravity, the user's force or damping also moves, and the motion by these causes.
     pub(super) falling: u64,
     pub(super) free: [FreeMotion; TOGETHER],
     /// One bit for each body whose first half of a kick contained these causes.
     pub(super) completed: u64,
-    /// One bit for each body that turns, or is held, by more than such causes; and these bodies, in their order.
+    /// One bit for each body that is held, or whose rotation is to be computed; and these bodies, in their order.
     pub(super) special: u64,
     pub(super) specials: Vec<Special>,
 }
@@ -53,7 +53,7 @@ pub(super) struct Special {
     pub before: Before,
 }
 
-/// The causes by which a block is kicked.
+/// The rules by which a block is kicked.
 pub(super) struct KickRules {
     /// The time for which forces act.
     pub duration: Real,
@@ -67,11 +67,11 @@ pub(super) struct KickRules {
 
 /// The motion of the bodies of a block that are not special; the masks have one bit for each body.
 pub(super) struct Kicked {
-    /// Forces, rounded to Rapier's numbers.
+    /// Forces, rounded to Rapier's precision.
     pub forces: Columns,
     /// The velocities at which the bodies move.
     pub linvels: Columns,
-    /// Bodies on which any force acts, or would at another velocity.
+    /// Bodies on which a force acts, or would act at another velocity.
     pub pushed: u64,
     /// Bodies whose forces are finite.
     pub finite: u64,
@@ -183,7 +183,7 @@ impl BodyBlock {
     }
 }
 
-/// Numbers rounded to Rapier's.
+/// Vectors rounded to Rapier's precision.
 #[inline(always)]
 pub(super) fn rounded(vectors: Vec3<Lanes>) -> Columns {
     let each = |of: Lanes| each_lane(|lane| from_f64(of.0[lane]));
@@ -197,7 +197,7 @@ fn largest([x, y, z]: &Columns) -> [Real; TOGETHER] {
         let (x, y, z) = (x[lane].abs(), y[lane].abs(), z[lane].abs());
         let most = if x > y { x } else { y };
         let most = if most > z { most } else { z };
-        // Zero, or NaN.
+        // The products are zero, or NaN.
         most + x * 0.0 + y * 0.0 + z * 0.0
     })
 }

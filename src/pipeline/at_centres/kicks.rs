@@ -1,5 +1,5 @@
-//! The kicks of the bodies of a block: plain ones, those that contain gravity, the user's force and damping, and those of
-//! bodies that are held or precess.
+//! The kicks of the bodies of a block: plain ones, those that contain gravity, the user's force and damping, and those
+//! of bodies that are held or precess.
 
 use super::block::{BodyBlock, Kicked, Special};
 use super::pass::{Done, Pass, Rules};
@@ -19,7 +19,7 @@ impl Pass<'_> {
         if let Some(lane) = lanes_of(moved & !kicked.sound).next() {
             return Err(block.seen.bodies[lane]);
         }
-        // In the order of the bodies, in which the lists of motions are searched.
+        // In the order of the bodies, which searches in the lists of motions rely on.
         let mut specials = block.specials.iter();
         for lane in lanes_of(moved | block.special) {
             let is_set = |mask: u64| mask >> lane & 1 == 1;
@@ -44,7 +44,7 @@ impl Pass<'_> {
         Ok(())
     }
 
-    /// Kicks a body that gravity, the user's force or damping moves, too.
+    /// Kicks a body that gravity, the user's force or damping also moves.
     fn kick_falling(
         &mut self,
         rules: &Rules,

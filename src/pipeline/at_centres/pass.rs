@@ -52,11 +52,11 @@ struct Places {
     given: usize,
 }
 
-/// A visit of all bodies.
+/// One visit of all bodies.
 pub(super) struct Pass<'a> {
     pub walk: Walk<'a>,
     pub visit: Visit<'a>,
-    /// A body that needed more than a visit before.
+    /// The body that needed more than a visit in the last step.
     pub blocker: Option<RigidBodyHandle>,
     pub compiled: &'a Compiled,
     pub held: &'a BodySet,
@@ -107,7 +107,7 @@ impl Pass<'_> {
         }
     }
 
-    /// Returns true if the body that needed more than a visit before still does.
+    /// Returns true if the body that needed more than a visit in the last step still does.
     pub(super) fn is_blocked(&self) -> bool {
         let blocker = self.blocker.and_then(|it| Some((it, self.visit.body(it)?)));
         blocker.is_some_and(|(handle, body)| {
@@ -241,7 +241,7 @@ impl Pass<'_> {
         last.parts.get(place) == Some(&PartsMark::of(body))
     }
 
-    /// Returns true if a visit suffices for a body, as far as it is known before its forces.
+    /// Returns true if a visit suffices for a body, as far as that is known before its forces are.
     #[inline]
     fn takes(&self, handle: RigidBodyHandle, body: &RigidBody, is_known: bool) -> bool {
         let same_parts = is_known && self.half.first.is_some_and(|first| first.alone);
@@ -340,7 +340,7 @@ impl Pass<'_> {
         block.swings(&changes, &ways, dt, most * from_f64(0.0625))
     }
 
-    /// Adds the forces to those that are shown.
+    /// Adds the forces to the evaluation of this half of the step.
     fn show(&mut self, rules: &Rules, block: &BodyBlock, forces: &Columns) {
         let torque = Vector::ZERO;
         let count = block.seen.count;
@@ -378,7 +378,7 @@ fn coasts(rules: &Rules, body: &RigidBody) -> bool {
     !rules.falls && body.user_force() == Vector::ZERO && !is_damped
 }
 
-/// Returns true if a body has mass, is no lighter than 10⁻⁹, and is no faster than bodies that Rapier moves.
+/// Returns true if a body has mass, is no lighter than 10⁻⁹, and is no faster than the bodies that Rapier moves.
 fn is_harmless(body: &RigidBody) -> bool {
     let slow = body.linvel().abs().max_element() <= FASTEST * 1e-3;
     let inv_mass = body.mass_properties().effective_inv_mass;

@@ -13,7 +13,7 @@ use crate::rapier::dynamics::RigidBodyBuilder;
 use crate::rapier::geometry::ColliderBuilder;
 use crate::rapier::pipeline::PhysicsWorld;
 
-/// A world with its fields, and for each step so far true if it was one at centres of mass.
+/// A world with its fields, and for each step so far true if it was made at centres of mass.
 struct Run {
     world: PhysicsWorld,
     set: FieldSet,
@@ -175,10 +175,10 @@ fn scenes() -> impl Strategy<Value = Scene> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(48))]
 
-    /// To rounding, until contacts enlarge it. Samples keep the slope of a quadratic drag from one step to the next, so
-    /// there both are compared with a run at small steps.
+    /// Both agree to rounding, until a contact enlarges the difference. Steps with samples keep the slope of a
+    /// quadratic drag from one step to the next, so with such a drag both are compared with a run at small steps.
     #[test]
-    fn they_move_bodies_as_samples_do(scene in scenes(), kicks_once in any::<bool>()) {
+    fn visits_move_bodies_like_steps_with_samples(scene in scenes(), kicks_once in any::<bool>()) {
         let scheme = if kicks_once { Scheme::Kick } else { Scheme::KickDriftKick };
         let run = |audit| Run::new(scene.world(), scene.tree(), scheme, audit);
         let [mut fast, mut sampled, mut fine] = [false, true, true].map(run);
@@ -209,7 +209,7 @@ proptest! {
 }
 
 #[test]
-fn plain_scenes_are_stepped_so() {
+fn plain_scenes_are_stepped_at_centres() {
     for fields in [
         vec![0, 0, 0],
         vec![1],
@@ -232,7 +232,7 @@ fn plain_scenes_are_stepped_so() {
             for scheme in [Scheme::Kick, Scheme::KickDriftKick] {
                 let mut run = Run::new(scene.world(), scene.tree(), scheme, false);
                 (0..20).for_each(|_| run.step());
-                // The first step finds the bodies.
+                // The first step takes samples, because new fields may wake sleeping bodies.
                 let later = &run.at_centres[1..];
                 assert!(
                     later.iter().all(|it| *it),
@@ -243,7 +243,7 @@ fn plain_scenes_are_stepped_so() {
     }
 }
 
-/// Two drags of half the strength, as instances of one program or as two programs, are one.
+/// Two drags act like one whose strength is their sum, as instances of one program or as two programs.
 #[test]
 fn quadratic_drags_at_rest_add_up() {
     let drag = |part: Real| Field::drag(0.2 * part, 0.8 * part).force_mode(ForceMode::Acceleration);
@@ -278,7 +278,7 @@ fn quadratic_drags_at_rest_add_up() {
 }
 
 impl Run {
-    /// One ball goes, another comes, and a third gets a heavier collider in place of its own.
+    /// Removes a ball, inserts another, and gives a third one a heavier collider in place of its own.
     fn exchange(&mut self, step: usize) {
         let world = &mut self.world;
         let balls: Vec<_> = world.bodies.iter().map(|(handle, _)| handle).collect();
@@ -298,7 +298,7 @@ impl Run {
 }
 
 #[test]
-fn they_go_on_where_bodies_come_and_go() {
+fn bodies_may_be_added_and_removed_between_steps_at_centres() {
     for fields in [vec![0, 0], vec![1], vec![4], vec![6], vec![7]] {
         for scheme in [Scheme::Kick, Scheme::KickDriftKick] {
             let scene = Scene {
@@ -326,10 +326,10 @@ fn they_go_on_where_bodies_come_and_go() {
     }
 }
 
-/// A visit cannot tell how stiff a field is where a body is new: where it suspects that, it leaves the step to samples,
-/// which warn.
+/// A visit cannot measure how stiff a field is for a new body: if it may be stiff, the step is made with samples, and
+/// warns.
 #[test]
-fn new_bodies_in_stiff_fields_are_warned_of() {
+fn new_bodies_in_stiff_fields_give_a_warning() {
     let scene = Scene {
         gravity: false,
         damped: false,
@@ -339,7 +339,7 @@ fn new_bodies_in_stiff_fields_are_warned_of() {
         seed: 3,
     };
     let hook = Field::spring(9e4).within(Region::ball(2.0));
-    // With a field that reaches all.
+    // The uniform field reaches all bodies.
     let tree = hook.at(Vector::Y * 30.0) + Field::uniform(Vector::X * 0.1);
     for scheme in [Scheme::Kick, Scheme::KickDriftKick] {
         let mut run = Run::new(scene.world(), tree.clone(), scheme, false);
