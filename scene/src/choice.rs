@@ -1,7 +1,7 @@
 //! Choices: an object with one key, or just a name.
 //!
-//! serde reads them, but what it says of an object with two keys, or of a name that needs settings,
-//! helps nobody who does not know serde.
+//! Serde's derive reads them too, but its messages for an object with two keys, or for a name that
+//! needs settings, are about serde's data model.
 
 use std::fmt;
 use std::marker::PhantomData;
@@ -11,7 +11,7 @@ use serde::de::{
     Visitor,
 };
 
-/// Lets serde's derive (with `remote = "Self"`) read a choice, with errors for people.
+/// Implements serde's traits by serde's derive (with `remote = "Self"`), with errors in terms of choices.
 macro_rules! one_of {
     ($kind:ty, $what:literal) => {
         impl serde::Serialize for $kind {
@@ -38,15 +38,15 @@ macro_rules! one_of {
 
 pub(crate) use one_of;
 
-/// How a choice is read.
+/// A way to read a choice.
 pub(crate) trait Choice<'de> {
-    /// What is chosen.
+    /// The type of the choice.
     type Value;
-    /// What messages call it.
+    /// Its name in error messages.
     const WHAT: &'static str;
-    /// Names that older files may hold, and the names to write instead.
+    /// Names in older files that no longer exist, and the names to write instead.
     const GONE: &'static [(&'static str, &'static str)] = &[];
-    /// By serde's derive.
+    /// Reads the choice by serde's derive.
     fn read<D: Deserializer<'de>>(reader: D) -> Result<Self::Value, D::Error>;
 }
 
@@ -61,7 +61,7 @@ impl<'de, T: serde::Deserialize<'de>> Choice<'de> for Derived<T> {
     }
 }
 
-/// For `deserialize_with` at an optional choice.
+/// Reads an optional choice, for `deserialize_with`.
 pub(crate) fn optional<'de, T, D>(reader: D) -> Result<Option<T>, D::Error>
 where
     T: serde::Deserialize<'de>,
@@ -122,13 +122,13 @@ fn refuse_gone<'de, C: Choice<'de>, E: Error>(name: &str) -> Result<(), E> {
     }
 }
 
-/// A name alone.
+/// A choice that is a name alone.
 struct Named<'a, E> {
     name: &'a str,
     marker: PhantomData<E>,
 }
 
-/// A name with its settings.
+/// A choice that is a name with settings.
 struct Keyed<'a, A> {
     name: &'a str,
     map: &'a mut A,
@@ -219,7 +219,7 @@ impl<'de, A: MapAccess<'de>> EnumAccess<'de> for Keyed<'_, A> {
     }
 }
 
-/// The settings, read as the visitor of serde's derive wants them.
+/// Reads settings as the struct of these fields, or without them as a list.
 struct Settings<V> {
     visitor: V,
     fields: Option<&'static [&'static str]>,

@@ -1,16 +1,16 @@
 //! Scenes of rigid bodies in composed force fields as JSON files, for [`rapier3d_fields`], and the
 //! program `simulate` that runs them.
 //!
-//! Everything is there twice: [`single`] on top of [`rapier3d_fields`], [`double`] on top of
-//! [`rapier3d_fields_f64`].
+//! Everything exists in two precisions: [`single`] (`f32`) on top of [`rapier3d_fields`], and [`double`] (`f64`) on top
+//! of [`rapier3d_fields_f64`].
 //!
 //! - [`SceneFile`](single::SceneFile): a world with its fields. `examples/simulate.rs` runs one; the scenes of this
 //!   project are in `examples/scenes/`.
-//! - `simulate scene.json --html page.html` writes a page that replays the run in a browser. Programs of one's own
-//!   make such pages by a [`Recorder`](single::Recorder) and a [`Page`](page::Page), with the feature `replay`.
+//! - `simulate scene.json --html page.html` writes a page that replays the run in a browser. Other programs make such
+//!   pages with a [`Recorder`](single::Recorder) and a [`Page`](page::Page), with the feature `replay`.
 //! - [`Document`](single::Document): a [`Tree`](rapier3d_fields::Tree), [`Field`](rapier3d_fields::Field), [`Region`](rapier3d_fields::Region),
-//!   [`Scalar`](rapier3d_fields::Scalar) or [`ColliderProperties`](rapier3d_fields::ColliderProperties) by itself. All of
-//!   them implement serde's traits, too.
+//!   [`Scalar`](rapier3d_fields::Scalar) or [`ColliderProperties`](rapier3d_fields::ColliderProperties) by itself. These
+//!   types also implement serde's traits.
 //!
 //! # The schema, version 1
 //!
@@ -59,14 +59,14 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! Comments (`// …` and `/* … */`) may stand wherever blanks may. `schema.json` beside this crate is
-//! the JSON Schema, for editors.
+//! Comments (`// …` and `/* … */`) are allowed wherever white space is. `schema.json` in this crate's
+//! folder is the JSON Schema, for editors.
 //!
-//! Names are those of the constructors and setters of this crate and of Rapier, with hyphens. What
-//! is left out is as it is there without; names that are not known are refused. A choice is an
+//! Names are those of the constructors and setters of [`rapier3d_fields`] and of Rapier, with hyphens. A key
+//! that is left out has the default there; unknown names are errors. A choice is an
 //! object with one key, `{ "ball": { "radius": 2 } }`, or just its name where it has no settings,
 //! `"everywhere"`. Numbers are finite, vectors `[x, y, z]`, rotations quaternions `[w, x, y, z]` of
-//! length one. Brackets are nested at most 127 deep; chains of one operator are one list.
+//! length one. Brackets are nested at most 127 deep; a chain of one operator is one list.
 //!
 //! | object | its keys |
 //! |---|---|
@@ -75,7 +75,7 @@
 //! | body | `name`, `type` (`dynamic`, `fixed`, `kinematic-velocity-based`, `kinematic-position-based`), `at`, `rotation`, `velocity`, `angular-velocity`, `force`, `torque`, `gravity-scale`, `linear-damping`, `angular-damping`, `added-mass` (`{"mass": m}` or `{"properties": …}`), `locked` (of `x`, `y`, `z`, `rotation-x`, `rotation-y`, `rotation-z`), `dominance`, `enabled`, `can-sleep`, `sleeping`, `ccd`, `soft-ccd-prediction`, `allow-fast-rotation`, `gyroscopic-forces`, `additional-solver-iterations`, `sampling`, `colliders` |
 //! | collider | `shape`, `at`, `rotation`, one of `density`, `mass` and `mass-properties`, `friction`, `friction-rule`, `restitution`, `restitution-rule` (`average`, `min`, `multiply`, `max`, `clamped-sum`, `geometric-mean`), `sensor`, `enabled`, `collision-groups`, `solver-groups`, `contact-skin`, `probe` |
 //! | mass properties | `mass`, `centre`, `inertia` (three principal moments), `axes` (their rotation) |
-//! | groups | `memberships`, `filter`: 32 bits each; `either`: one side's consent is enough |
+//! | groups | `memberships`, `filter`: 32 bits each; `either`: it is enough that the filter of one side accepts the other |
 //! | probe | `charge`, `mass`, `axes` (values on the user's axes) |
 //! | fields | `axes` (declared, with the world's values), `scheme`, `wake`, `on-fault`, `responder` (`rapier`, `fields`, `both`), `responder-among` (a list of `parts` and `responder`), `detection` (`discrete`, `swept`), `cross-check`, `audit`, `time`, `definitions` (trees by name), `tree` |
 //! | scheme | `kick-drift-kick`, `kick`, `external-force`, `linearly-implicit`, `forward4`, `{"substep": {"fixed": n}}`, `{"substep": {"per-body": {"tolerance": t}}}`, `{"auto": {"tolerance": t}}` |
@@ -83,16 +83,16 @@
 //! | on-fault | `leave-out`, `quarantine`, `refuse` |
 //! | field | `name`, `formula`, `within` (a region), `at` (an anchor), `force-mode` (also `read-as`; `force`, `acceleration`, `velocity-change`), `coupled-to` (`share`, `each`, `{"axis": a}`), `scaled-by` (a scalar), `limited-to`, `groups`, `reacting`, `sampled` |
 //! | sampling | `auto`, `centre`, `parts`, `volume`, `surface` |
-//! | anchor | `body`: its number from 0, in the order of the file, or its name; `part`: the number of its collider, from 0; neither is the world; `at`, `rotation`: the pose there. In a tree by itself `body-handle` and `collider-handle`, each `[index, generation]` |
+//! | anchor | `body`: its number from 0, in the order of the file, or its name; `part`: the number of its collider, from 0; without both, the anchor is the world; `at`, `rotation`: the pose in that frame. A tree by itself has `body-handle` and `collider-handle` instead, each `[index, generation]` |
 //!
 //! | tree | is |
 //! |---|---|
-//! | `{"field": …}`, `"empty"` | a leaf; nothing |
-//! | `{"use": name}` | the tree of that name in `definitions`; definitions use none |
+//! | `{"field": …}`, `"empty"` | a leaf; a tree without fields |
+//! | `{"use": name}` | the tree of that name in `definitions`; a definition cannot use another |
 //! | `{"sum-union": [trees]}`, and `sum-intersection`, `cross-union`, `cross-intersection`, `replace-union`, `replace-intersection`, `difference`, `strongest`, `weakest`, `minimum`, `maximum` | the [operator](rapier3d_fields::Operator) applied to all of them, from left to right |
 //! | `{"instances": {"prototype": tree, "at": [anchors]}}` | a copy at each anchor |
-//! | `{"scaled": {"tree": …, "by": scalar, "at": anchor}}` | times a number that depends on the sample |
-//! | `{"limited": {"tree": …, "to": length}}` | shortened |
+//! | `{"scaled": {"tree": …, "by": scalar, "at": anchor}}` | the force, times a number that depends on the sample |
+//! | `{"limited": {"tree": …, "to": length}}` | the force, shortened to that length where it is longer |
 //! | `{"layers": [{"tree": …, "priority": 0, "replacing": false, "stopping": false}]}` | [layers](rapier3d_fields::Tree::layers) |
 //!
 //! | formula | its settings |
@@ -103,7 +103,7 @@
 //! | `lennard-jones`, `yukawa`, `morse` | `epsilon`, `sigma`; `strength`, `screening`; `depth`, `stiffness`, `rest-length` |
 //! | `gaussian`, `hertz` | `height`, `width`; `stiffness`, `diameter` |
 //! | all radial ones above | `shifted-to-zero-at`, `no-nearer-than`, `limited-to` |
-//! | `radial`, `point-gravity`, `coulomb` | `opening-angle`, if they are none of these |
+//! | `radial`, `point-gravity`, `coulomb` | `opening-angle`, if none of the three settings above is given |
 //! | `around` | `shape`, `formula`: a radial one, from the nearest point of the shape |
 //! | `spring`, `drag` | `stiffness`, `damping`, `rest-length`; `linear`, `quadratic` |
 //! | `wind` | `flow` (a formula), `linear`, `quadratic`, `speed-cap` |
@@ -137,22 +137,22 @@
 //! | `convex-hull`, `mesh` | `points`; `points`, `triangles` |
 //! | `compound` | a list of `shape`, `at`, `rotation` |
 //!
-//! As a region, a mesh must be closed and wound one way, inwards or outwards; it is what it encloses.
+//! As a region, a mesh must be closed and wound one way, inwards or outwards; the region is the enclosed volume.
 //!
 //! A scalar is a list of steps: first a source (`{"constant": c}`, `{"axis": a}`, `"distance"`,
-//! `{"depth": region}`), then what is done with it, one after the other: `ramp` and `smooth`
+//! `{"depth": region}`), then operations on its value, in order: `ramp` and `smooth`
 //! (`[from, to]`), `power`, `exponential`, `gaussian` (a number), `table` (a list of `[x, y]`), and
 //! `plus`, `times`, `min`, `max` (another scalar).
 //!
 //! An axis is `x`, `y`, `z`, `time`, `speed`, `radius`, `mass`, `charge`, or one that was declared.
 //!
-//! # What cannot stand in a file
+//! # Content that a file cannot hold
 //!
 //! Closures and predicates are code: writing them is a [`FileError::Code`](single::FileError::Code) that names the field.
 //! An expression can often take their place. Joints, soft bodies, colliders without a body, height
 //! fields, voxels and rounded shapes, sleeping thresholds, cross-checks of some pairs only, and
-//! numbers that are not finite are refused as well. Places and velocities are at most 10¹⁵, sizes of
-//! shapes from 10⁻⁶ to 10⁶.
+//! numbers that are not finite are refused as well. Coordinates of positions and velocities are at most 10¹⁵, sizes
+//! of shapes from 10⁻⁶ to 10⁶.
 
 #![forbid(unsafe_code)]
 #![deny(rustdoc::broken_intra_doc_links)]

@@ -1,5 +1,5 @@
-//! The program `simulate`: its command line. [`single`](crate::single) or
-//! [`double`](crate::double) does the rest.
+//! The command line of the program `simulate`. [`single`](crate::single) or
+//! [`double`](crate::double) runs the scene.
 
 use std::error::Error;
 use std::fmt::{self, Display};
@@ -9,7 +9,7 @@ use std::str::FromStr;
 
 use indicatif::{ProgressBar, ProgressState, ProgressStyle};
 
-/// Whatever stops the program.
+/// Any error that ends the program.
 pub(crate) type AnyError = Box<dyn Error + Send + Sync>;
 
 const USAGE: &str = "\
@@ -65,7 +65,7 @@ const VALUES: [&str; 14] = [
     "estimate",
 ];
 
-/// Where tables are written; an empty path is a table that was not asked for.
+/// The paths of the tables; a table with an empty path is not written.
 pub(crate) struct Paths {
     pub trajectory: String,
     pub wrenches: String,
@@ -74,22 +74,22 @@ pub(crate) struct Paths {
     pub warnings: String,
 }
 
-/// What the command line asks for.
+/// The options of the command line.
 pub(crate) struct Options {
     pub dt: Option<f64>,
     pub scheme: Option<String>,
     pub detection: Option<String>,
     pub steps: usize,
     pub duration: Option<f64>,
-    /// Every so many steps tables are written and the page has a frame, if that was given.
+    /// The period, in steps, of rows in the tables and of frames of the page, if given.
     pub every: Option<usize>,
     pub strict: bool,
-    /// Over how many steps errors are estimated, if they are.
+    /// The number of steps over which errors are estimated, if given.
     pub estimate: Option<usize>,
     pub tables: Paths,
     /// The scene file, for the title of the page.
     pub scene: String,
-    /// Where the page is written; empty if it was not asked for.
+    /// The path of the page; empty for no page.
     pub html: String,
 }
 

@@ -1,7 +1,7 @@
-//! Texts as people write them: comments, and where in a text something stands.
+//! JSON texts with comments, and the line and column of a path in them.
 
-/// The text with blanks in the place of comments (`// …` and `/* … */`), so that lines and columns
-/// stay what they are.
+/// The text with blanks in place of comments (`// …` and `/* … */`), so that lines and columns
+/// stay the same.
 pub(crate) fn without_comments(text: &str) -> String {
     let bytes = text.as_bytes();
     let mut blanked = bytes.to_vec();
@@ -18,7 +18,7 @@ pub(crate) fn without_comments(text: &str) -> String {
             }
             b'/' if bytes.get(at + 1) == Some(&b'*') => {
                 let inner = text.get(at + 2..).and_then(|rest| rest.find("*/"));
-                // Without an end it is no comment, and no JSON.
+                // A comment without an end stays, and is no valid JSON.
                 match inner {
                     Some(length) => at + length + 4,
                     None => break,
@@ -36,11 +36,11 @@ pub(crate) fn without_comments(text: &str) -> String {
         }
         at = end;
     }
-    // Whole comments were blanked, so this is text as before.
+    // Only whole comments were blanked, so this is valid UTF-8.
     String::from_utf8(blanked).unwrap_or_else(|_| text.to_owned())
 }
 
-/// Behind the string that begins at `at`.
+/// The index just after the string that begins at `at`.
 fn end_of_string(bytes: &[u8], at: usize) -> usize {
     let mut escaped = false;
     for (place, byte) in bytes.iter().enumerate().skip(at + 1) {
@@ -54,8 +54,8 @@ fn end_of_string(bytes: &[u8], at: usize) -> usize {
     bytes.len()
 }
 
-/// Line and column, from 1, of what a path such as `bodies[2].colliders[0].shape` names, or of the
-/// innermost part of it that is there.
+/// Line and column, from 1, of the value at a path such as `bodies[2].colliders[0].shape`, or at the
+/// longest beginning of the path that exists.
 pub(crate) fn locate(text: &str, path: &str) -> (usize, usize) {
     let text = without_comments(text);
     let bytes = text.as_bytes();
@@ -82,7 +82,7 @@ fn skip_blanks(bytes: &[u8], at: usize) -> usize {
         .count()
 }
 
-/// Where the entry of a name, or a number, begins in the object, or list, that begins at `at`.
+/// The index of the value with that key in the object, or with that number in the list, that begins at `at`.
 fn entry(text: &str, at: usize, name: &str) -> Option<usize> {
     let bytes = text.as_bytes();
     let is_object = match bytes.get(at)? {
@@ -117,7 +117,7 @@ fn entry(text: &str, at: usize, name: &str) -> Option<usize> {
     None
 }
 
-/// Behind the value that begins at `at`.
+/// The index just after the value that begins at `at`.
 fn end_of_value(bytes: &[u8], mut at: usize) -> usize {
     let mut depth = 0_usize;
     while at < bytes.len() {
@@ -150,7 +150,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn comments_are_blanks() {
+    fn comments_are_replaced_by_blanks() {
         let text = "{ // one \u{e9}\n\"a\": \"// no\", /* two\nlines */ \"b\": 2 }";
         let blanked = without_comments(text);
         assert_eq!(blanked.len(), text.len());
@@ -162,7 +162,7 @@ mod tests {
     }
 
     #[test]
-    fn paths_are_found() {
+    fn a_path_is_located_by_line_and_column() {
         let text =
             "{\n  // not \"b\"\n  \"a\": [1, {\"x\": \"}\"}, [2, 3]],\n  \"b\": { \"c\": 4 }\n}";
         assert_eq!(locate(text, ""), (1, 1));

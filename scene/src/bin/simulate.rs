@@ -1,5 +1,5 @@
-//! Runs a scene file, and writes where its bodies go, what the fields do to them, and who touches
-//! whom. What a scene file holds is described at the crate.
+//! Runs a scene file, and writes trajectories, the wrenches of the fields, and contacts. The crate's
+//! documentation describes scene files.
 //!
 //! ```text
 //! cargo run --release -p rapier3d-fields-scene -- examples/scenes/planet.json \

@@ -1,4 +1,4 @@
-//! Bodies.
+//! Rigid bodies.
 
 use serde::{Deserialize, Serialize};
 
@@ -14,12 +14,12 @@ use super::number::{
     Num, Quad, Triple, bounded, count, not_negative, placed, quad, unless, unless_num, unless_zero,
 };
 
-/// A rigid body, by the names of Rapier's settings.
+/// A rigid body. Keys are named after Rapier's settings.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub(super) struct BodyDoc {
-    /// For readers; the world does not know it.
+    /// For readers and references in the file; the world has no names.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
     #[serde(rename = "type", default, skip_serializing_if = "TypeDoc::is_usual")]
@@ -32,7 +32,7 @@ pub(super) struct BodyDoc {
     velocity: Option<Triple>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     angular_velocity: Option<Triple>,
-    /// The user's own, which act in every step.
+    /// The user's force, which acts in every step, as does the torque.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     force: Option<Triple>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -65,7 +65,7 @@ pub(super) struct BodyDoc {
     gyroscopic_forces: bool,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     additional_solver_iterations: Option<usize>,
-    /// Where fields that leave it open sample the body.
+    /// The sampling of the body by fields that have none of their own.
     #[serde(
         default,
         deserialize_with = "super::field::sampling",
@@ -76,7 +76,7 @@ pub(super) struct BodyDoc {
     pub colliders: Vec<ColliderDoc>,
 }
 
-/// What a file leaves out is so.
+/// The default of some keys.
 pub(super) fn yes() -> bool {
     true
 }
@@ -153,7 +153,7 @@ const LOCKS: [(LockDoc, LockedAxes); 6] = [
 ];
 
 impl BodyDoc {
-    /// Without its colliders.
+    /// Makes the body, without its colliders.
     pub(super) fn read(&self) -> Result<RigidBody, FileError> {
         let none_negative = |name: &str, value: Option<Num>| match value {
             Some(value) => not_negative(name, value),
@@ -204,7 +204,7 @@ impl BodyDoc {
         locked.fold(LockedAxes::empty(), |all, (_, axis)| all | *axis)
     }
 
-    /// Without its colliders.
+    /// The document of a body, without its colliders.
     pub(super) fn write(body: &RigidBody) -> Result<Self, FileError> {
         if body.is_soft_frame() {
             return Err(content("soft bodies cannot stand in a file"));
@@ -244,7 +244,7 @@ impl BodyDoc {
     }
 }
 
-/// Whether a body can sleep, if it is by Rapier's usual thresholds.
+/// Whether a body can sleep; thresholds other than Rapier's defaults are an error.
 fn sleeps(activation: &RigidBodyActivation) -> Result<bool, FileError> {
     let thresholds = [
         activation.normalized_linear_threshold,

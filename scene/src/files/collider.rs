@@ -1,4 +1,4 @@
-//! Colliders, and what fields may ask of them.
+//! Colliders, and their properties that fields read.
 
 use std::collections::BTreeMap;
 
@@ -17,7 +17,7 @@ use super::mass::MassDoc;
 use super::number::{Num, Quad, Triple, not_negative, placed, quad, unless_num, unless_zero};
 use super::shape::ShapeDoc;
 
-/// A collider, by the names of Rapier's settings.
+/// A collider. Keys are named after Rapier's settings.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
@@ -28,7 +28,7 @@ pub(super) struct ColliderDoc {
     at: Option<Triple>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     rotation: Option<Quad>,
-    /// One of `density`, `mass` and `mass-properties`; a density of one without any.
+    /// At most one of `density`, `mass` and `mass-properties`; without any, the density is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     density: Option<Num>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -57,7 +57,7 @@ pub(super) struct ColliderDoc {
     pub probe: Option<ProbeDoc>,
 }
 
-/// What fields may ask of a collider, beyond its shape and place.
+/// Properties of a collider that fields read, besides its shape and pose.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
@@ -70,7 +70,7 @@ pub(super) struct ProbeDoc {
     axes: BTreeMap<String, Num>,
 }
 
-/// How the coefficients of two colliders become one.
+/// The rule that combines the coefficients of two colliders.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
@@ -191,7 +191,7 @@ impl ColliderDoc {
         Ok(doc.with_mass_of(collider))
     }
 
-    /// The shortest of the three ways to say a mass that gives what the collider has.
+    /// Sets the shortest of density, mass and mass properties that gives the collider's mass properties exactly.
     fn with_mass_of(mut self, collider: &Collider) -> Self {
         let shape = collider.shape();
         let gives =
@@ -202,7 +202,7 @@ impl ColliderDoc {
         let (mass, density) = (collider.mass(), collider.density());
         let by_mass = gives(ColliderMassProps::Mass(mass));
         let digits = |x: Real| format!("{x:e}").len();
-        // A mass that was given often has a density that gives the same, with more digits.
+        // For a given mass there is often a density that gives the same mass properties, with more digits.
         let shorter = !by_mass || digits(density) < digits(mass);
         if shorter && gives(ColliderMassProps::Density(density)) {
             self.density = Some(Num(density));

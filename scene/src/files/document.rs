@@ -1,4 +1,4 @@
-//! What can be read from JSON and written to it.
+//! Types that can be read from JSON and written to it.
 
 use std::io;
 
@@ -16,10 +16,10 @@ use super::scene::SceneFile;
 use super::tree::TreeDoc;
 use super::{MOST_BRACES, pretty};
 
-/// What can stand in a file.
+/// A type that a file can hold.
 ///
-/// Bodies and colliders of a tree or field that stands by itself, outside of a [scene](SceneFile),
-/// are Rapier's handles, as index and generation.
+/// In a tree or field outside of a [scene](SceneFile), bodies and colliders are Rapier's handles, as
+/// index and generation.
 ///
 /// ```
 /// use rapier3d_fields_scene::single::Document;
@@ -35,17 +35,17 @@ pub trait Document: Sized {
     /// Reads a JSON text.
     ///
     /// # Errors
-    /// It is not JSON, or not what the schema says, or impossible; the error says where.
+    /// The text is not JSON, does not fit the schema, or is not possible; the error says where.
     fn from_json(text: &str) -> Result<Self, FileError>;
 
-    /// Writes a JSON text for people to read.
+    /// Writes a JSON text with indented lines.
     ///
     /// # Errors
-    /// Something is code or is not finite, or is nested too deeply for readers of JSON.
+    /// Something is code or not finite, or is nested too deeply to be read back.
     fn to_json(&self) -> Result<String, FileError>;
 }
 
-/// Refuses what is not finite, which JSON has no word for.
+/// Refuses numbers that are not finite, which JSON cannot represent.
 struct Finite;
 
 impl serde_json::ser::Formatter for Finite {
@@ -55,7 +55,7 @@ impl serde_json::ser::Formatter for Finite {
     }
 }
 
-/// Writes a document, unless it is nested more deeply than is read back.
+/// Writes a document, unless it is nested too deeply to be read back.
 fn text<T: Serialize>(document: &T) -> Result<String, FileError> {
     let mut bytes = Vec::new();
     let mut writer = serde_json::Serializer::with_formatter(&mut bytes, Finite);
@@ -91,7 +91,7 @@ macro_rules! documents {
 fn read_field(doc: &FieldDoc) -> Result<Field, FileError> {
     let field = doc.read(&Names::default())?;
     match Tree::from(field.clone()).check(&[]) {
-        // Which axes there are is for whoever uses it to say.
+        // Axes are declared where the field is used.
         Ok(()) | Err(BuildError::UnknownAxis { .. }) => Ok(field),
         Err(error) => Err(content(error.to_string())),
     }

@@ -1,47 +1,47 @@
-//! What can be wrong with a file.
+//! Errors of reading and writing files.
 
 use serde::de::DeserializeOwned;
 
 use super::fields::{BuildError, PropertyError};
 use crate::text;
 
-/// Why a file was not read, or something not written to one.
+/// The reason for which a file was not read, or a value not written to one.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum FileError {
-    /// The text is not what the schema says.
+    /// The text does not fit the schema, or what it describes is not possible.
     #[error("line {line}, column {column}, at `{path}`: {message}")]
     Text {
         /// Counted from 1.
         line: usize,
         /// Counted from 1.
         column: usize,
-        /// Where in the document, such as `tree.sum-union[1].field.formula`; `.` is the whole.
+        /// The path in the document, such as `tree.sum-union[1].field.formula`; `.` is the whole.
         path: String,
-        /// What was found, and what was expected.
+        /// The value found, and the one expected.
         message: String,
     },
-    /// The text is well-formed, but what it says is not possible: a body that is not there, a
-    /// shape without volume.
+    /// A value that was not read from a text is not possible, or cannot be written: a body that is not
+    /// there, a shape without volume.
     #[error("at `{path}`: {message}")]
     Content {
-        /// Where in the document.
+        /// The path in the document.
         path: String,
-        /// What was found, and what was expected.
+        /// The value found, and the one expected.
         message: String,
     },
     /// Something is code, which a file cannot hold.
     #[error("{what}: a {kind} is code and cannot be written to a file")]
     Code {
-        /// The field, or where the code stands.
+        /// The field, or the path of the code.
         what: String,
-        /// What it is: a closure, a predicate.
+        /// The kind of code: a closure or a predicate.
         kind: &'static str,
     },
-    /// Braces would be nested more deeply than readers of JSON take.
+    /// The nesting is too deep to be read back.
     #[error("nested {depth} levels deep; a file holds at most {limit}")]
     TooDeep {
-        /// Levels of the tree, region or scalar, or of braces.
+        /// Levels of the tree, region or scalar, or of brackets.
         depth: usize,
         /// The most that are written.
         limit: usize,
@@ -54,7 +54,7 @@ pub enum FileError {
     Property(#[from] PropertyError),
 }
 
-/// The error for what is well-formed but not possible.
+/// The error for content that is well-formed but not possible.
 pub(super) fn content(message: impl Into<String>) -> FileError {
     FileError::Content {
         path: String::new(),
@@ -63,7 +63,7 @@ pub(super) fn content(message: impl Into<String>) -> FileError {
 }
 
 impl FileError {
-    /// Says in what it stands, from the inside out.
+    /// Puts an outer name before the path, which is built from the inside out.
     pub(super) fn within(mut self, outer: &str) -> Self {
         let place = match &mut self {
             FileError::Content { path, .. } => path,
@@ -78,7 +78,7 @@ impl FileError {
         self
     }
 
-    /// Says where in the text it stands.
+    /// Adds the line and column of the path in the text.
     pub(super) fn located(self, text: &str) -> Self {
         let (path, message) = match self {
             FileError::Content { path, message } => (path, message),
@@ -104,7 +104,7 @@ impl FileError {
         }
     }
 
-    /// From an error of a writer, which knows no place.
+    /// From an error of a writer, which has no path.
     pub(super) fn writing(error: serde_json::Error) -> Self {
         content(error.to_string()).within(".")
     }
@@ -116,7 +116,7 @@ pub(super) fn parse<T: DeserializeOwned>(text: &str) -> Result<T, FileError> {
     let mut reader = serde_json::Deserializer::from_str(&text);
     let document = serde_path_to_error::deserialize(&mut reader).map_err(|error| {
         let path = error.path().to_string();
-        // Of a key that was not read to its end nothing is known.
+        // `?` stands for a key that was not read to its end.
         let known = path.trim_end_matches('?').trim_end_matches('.');
         let path = if known.is_empty() { "." } else { known };
         at_line(error.inner(), path.to_owned())
@@ -139,7 +139,7 @@ fn at_line(error: &serde_json::Error, path: String) -> FileError {
     }
 }
 
-/// What serde says, without the names of types of Rust: in the words of JSON.
+/// Serde's message in terms of JSON, without the names of Rust's types.
 fn plain(message: &str) -> String {
     let Some((found, expected)) = message.split_once(", expected ") else {
         return message.to_owned();

@@ -1,4 +1,4 @@
-//! Fields, and what they are anchored to.
+//! Fields and their anchors.
 
 use serde::{Deserialize, Deserializer, Serialize};
 
@@ -13,7 +13,7 @@ use super::region::RegionDoc;
 use super::scalar::{self, ScalarDoc};
 use crate::choice::{self, Choice};
 
-/// A field: a formula, and what was set on it.
+/// A field: a formula and its settings.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
@@ -54,8 +54,8 @@ pub(super) struct FieldDoc {
     sampled: Option<Sampling>,
 }
 
-/// What a field moves with. In a scene bodies and parts have numbers; a tree alone holds Rapier's
-/// handles, as index and generation.
+/// The frame with which a field moves. In a scene, bodies and parts have numbers; a tree by itself holds
+/// Rapier's handles, as index and generation.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
@@ -81,7 +81,7 @@ pub(super) struct AnchorDoc {
 pub(super) struct GroupsDoc {
     memberships: u32,
     filter: u32,
-    /// Whether it is enough that one of the two sides allows the other.
+    /// Whether it is enough that the filter of one side accepts the other.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     either: bool,
 }
@@ -107,7 +107,7 @@ impl GroupsDoc {
     }
 }
 
-/// A collider, as an anchor names it.
+/// A collider, given as in an anchor.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(transparent)]
@@ -273,7 +273,7 @@ impl FieldDoc {
             return Err(named(content(message)));
         }
         let formula = FormulaDoc::of(field).map_err(named)?;
-        // What the constructor sets anyway is left out.
+        // Settings that the constructor makes are left out.
         let usual = formula.read().map_err(named)?;
         let usual = usual.view();
         let region = (view.region != usual.region).then(|| RegionDoc::write(view.region));

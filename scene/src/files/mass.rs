@@ -9,7 +9,7 @@ use super::number::{
     Num, Quad, Triple, bounded, not_negative, placed, quad, triple, unless_zero, vector,
 };
 
-/// A mass, where it is, and its principal moments of inertia.
+/// A mass, its centre, and its principal moments of inertia.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
@@ -18,7 +18,7 @@ pub(super) struct MassDoc {
     /// The centre of mass.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     centre: Option<Triple>,
-    /// About the principal axes through it; zero for what cannot be turned.
+    /// About the principal axes through the centre of mass; zero for an axis about which the body cannot rotate.
     inertia: Triple,
     /// The rotation of the principal axes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -51,8 +51,8 @@ impl MassDoc {
     }
 }
 
-/// The number of fewest digits whose inverse is `inverse` to the last bit. Rapier keeps inverses;
-/// the inverse of an inverse may be one rounding off.
+/// The number of fewest digits whose inverse is `inverse` to the last bit. Rapier stores inverses, and
+/// the inverse of an inverse may be off by one rounding.
 fn inverted(inverse: Real) -> Real {
     if inverse == 0.0 {
         return 0.0;
@@ -69,7 +69,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn inverses_come_back_to_the_last_bit() {
+    fn inverses_are_restored_to_the_last_bit() {
         let mut x: Real = 1e-3;
         while x < 1e6 {
             let back = inverted(x.recip());

@@ -24,13 +24,13 @@ pub use document::Document;
 pub use error::FileError;
 pub use scene::{Scene, SceneFile};
 
-/// Levels of a tree, region or scalar that are written.
+/// The most levels of a tree, region or scalar that are written.
 const MOST_LEVELS: usize = 64;
 
-/// How deeply brackets are nested at most: readers of JSON take no more.
+/// The deepest nesting of brackets that `serde_json` reads.
 const MOST_BRACES: usize = 127;
 
-/// Bounds what writers, which call themselves, are to do.
+/// Limits the depth of writers, which are recursive.
 fn check_depth(depth: usize) -> Result<(), FileError> {
     if depth > MOST_LEVELS {
         return Err(FileError::TooDeep {

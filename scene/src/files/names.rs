@@ -1,4 +1,4 @@
-//! What a file refers to: bodies, their colliders, and definitions.
+//! References of a file: to bodies, their colliders, and definitions.
 
 use std::cell::Cell;
 use std::collections::{BTreeMap, HashMap};
@@ -130,13 +130,13 @@ impl Directory {
     }
 }
 
-/// The most fields that definitions may make, all uses together.
+/// The most fields that all uses of definitions may make together.
 const MOST_USED: usize = 1_000_000;
 
-/// What names in a tree mean.
+/// The bodies and definitions to which a tree may refer.
 #[derive(Default)]
 pub(super) struct Names<'a> {
-    /// The bodies; without, they are Rapier's handles.
+    /// The bodies of the scene; without a scene, bodies are Rapier's handles.
     pub directory: Option<&'a Directory>,
     pub definitions: BTreeMap<String, Tree>,
     used: Cell<usize>,

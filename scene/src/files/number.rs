@@ -9,8 +9,8 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use super::error::{FileError, content};
 use super::fields::math::{Pose, Real, Rotation, Vector, from_f64};
 
-/// A finite number. JSON has no others, and what is too large for [`Real`] is refused where it
-/// stands.
+/// A finite number. JSON has no others, and a number too large for [`Real`] is an error with its
+/// place.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Num(pub Real);
 
@@ -32,7 +32,7 @@ impl Serialize for Num {
 
 impl<'de> Deserialize<'de> for Num {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        // The reader then rounds once, to the right width.
+        // With these, the reader rounds once, directly to the width of `Real`.
         match size_of::<Real>() {
             4 => deserializer.deserialize_f32(NumVisitor),
             _ => deserializer.deserialize_f64(NumVisitor),
@@ -93,13 +93,13 @@ pub(super) fn triple(v: Vector) -> Triple {
     v.to_array().map(Num)
 }
 
-/// Nothing for what is zero to the last bit, which files leave out.
+/// `None` for a positive zero, which files leave out.
 pub(super) fn unless_zero(v: Vector) -> Option<Triple> {
     let zero = v.to_array().iter().all(|x| x.to_bits() == 0);
     (!zero).then(|| triple(v))
 }
 
-/// Nothing for what files leave out because it is so anyway.
+/// `None` for the default, which files leave out.
 pub(super) fn unless<T: PartialEq>(value: T, usual: T) -> Option<T> {
     (value != usual).then_some(value)
 }
@@ -112,7 +112,7 @@ pub(super) fn rotation([w, x, y, z]: Quad) -> Rotation {
     Rotation::from_xyzw(x.0, y.0, z.0, w.0)
 }
 
-/// Nothing for no rotation.
+/// `None` for the identity.
 pub(super) fn quad(r: Rotation) -> Option<Quad> {
     unless(
         [Num(r.w), Num(r.x), Num(r.y), Num(r.z)],
@@ -120,11 +120,11 @@ pub(super) fn quad(r: Rotation) -> Option<Quad> {
     )
 }
 
-/// The pose of an optional place and an optional rotation.
+/// The pose of an optional position and an optional rotation.
 pub(super) fn pose(at: Option<Triple>, turned: Option<Quad>) -> Result<Pose, FileError> {
     let turned = turned.map_or(Rotation::IDENTITY, rotation);
     let length = turned.length();
-    // Rounded quaternions are welcome; what is no rotation at all would stretch.
+    // Rounded quaternions are accepted; others would change lengths.
     if length.is_nan() || (length - 1.0).abs() > 1e-3 {
         let message =
             format!("expected a quaternion [w, x, y, z] of length one, but its length is {length}");
@@ -134,7 +134,7 @@ pub(super) fn pose(at: Option<Triple>, turned: Option<Quad>) -> Result<Pose, Fil
     Ok(Pose::from_parts(at, turned))
 }
 
-/// The farthest that bodies may be, and the fastest; squares of it are finite in both precisions.
+/// The largest coordinate of positions, velocities and forces; its square is finite in both precisions.
 const FARTHEST: Real = 1e15;
 
 fn refused<T>(name: &str, expected: &str, found: impl fmt::Display) -> Result<T, FileError> {
@@ -159,7 +159,7 @@ pub(super) fn positive(name: &str, number: Num) -> Result<Real, FileError> {
 
 /// A count within bounds.
 pub(super) fn count(name: &str, number: usize, least: usize) -> Result<usize, FileError> {
-    /// Beyond this a step would take for ever.
+    /// With a larger count, a step would take too long.
     const MOST: usize = 10_000;
     if (least..=MOST).contains(&number) {
         return Ok(number);
@@ -167,7 +167,7 @@ pub(super) fn count(name: &str, number: usize, least: usize) -> Result<usize, Fi
     refused(name, &format!("from {least} to {MOST}"), number)
 }
 
-/// A place, a velocity or a force.
+/// A position, a velocity or a force.
 pub(super) fn bounded(name: &str, value: Option<Triple>) -> Result<Vector, FileError> {
     let v = value.map_or(Vector::ZERO, vector);
     if v.abs().max_element() <= FARTHEST {
@@ -176,8 +176,8 @@ pub(super) fn bounded(name: &str, value: Option<Triple>) -> Result<Vector, FileE
     refused(name, &format!("coordinates of at most {FARTHEST:e}"), v)
 }
 
-/// A pose for Rapier: its place is bounded, and its rotation, unless it is so to some roundings, made
-/// one of length one.
+/// A pose for Rapier: its position is bounded, and its rotation is normalised, unless its length is one
+/// but for some roundings.
 pub(super) fn placed(at: Option<Triple>, turned: Option<Quad>) -> Result<Pose, FileError> {
     bounded("at", at)?;
     let mut pose = pose(at, turned)?;

@@ -1,4 +1,4 @@
-//! Rapier's own parameters.
+//! Rapier's integration parameters.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,7 +7,7 @@ use super::fields::math::Real;
 use super::fields::rapier::dynamics::{FrictionModel, IntegrationParameters, SpringCoefficients};
 use super::number::{Num, count, not_negative, positive, unless};
 
-/// A parameter as it stands in a file.
+/// A parameter that a file can hold.
 trait Parameter: Copy + PartialEq {
     type Doc: Copy;
     fn write(self) -> Self::Doc;
@@ -99,8 +99,8 @@ impl Parameter for FrictionModel {
     }
 }
 
-/// The parameters of Rapier that a file can set, each by Rapier's name; what is left out is as
-/// usual.
+/// The parameters of Rapier that a file can set, each by Rapier's name; those left out have Rapier's
+/// defaults.
 macro_rules! parameters {
     ($($parameter:ident: $kind:ty,)*) => {
         #[derive(Clone, Debug, Default, Serialize, Deserialize)]

@@ -1,10 +1,10 @@
-//! JSON for people: what is short stands on one line.
+//! JSON in indented lines; short lists and objects stand on one line.
 
-/// Characters of a line, from where lists and objects are broken.
+/// The width of a line; lists and objects that exceed it are broken into lines.
 const WIDTH: usize = 96;
 
-/// Where in a text without spaces each bracket that opens is closed, by its place; and how deeply
-/// they are nested.
+/// The positions of each opening bracket and of its closing one in a text without spaces, and the
+/// depth of nesting.
 fn brackets(compact: &str) -> (Vec<(usize, usize)>, usize) {
     let (mut open, mut pairs, mut deepest) = (Vec::new(), Vec::new(), 0);
     let (mut quoted, mut escaped) = (false, false);
@@ -32,7 +32,7 @@ fn brackets(compact: &str) -> (Vec<(usize, usize)>, usize) {
     (pairs, deepest)
 }
 
-/// How deeply brackets are nested.
+/// The depth of nested brackets.
 pub(super) fn depth(compact: &str) -> usize {
     brackets(compact).1
 }
@@ -72,7 +72,7 @@ pub(super) fn print(compact: &str) -> String {
 struct Page {
     text: String,
     line: usize,
-    /// Of each list or object that is open, whether it is broken into lines.
+    /// For each open list or object, whether it is broken into lines.
     broken: Vec<bool>,
 }
 
@@ -84,7 +84,7 @@ impl Page {
         (0..indent).for_each(|_| self.text.push_str("  "));
     }
 
-    /// A list or object whose text, without spaces, is so long.
+    /// Opens a list or object; `length` is that of its text without spaces.
     fn open(&mut self, bracket: char, length: usize) {
         // Spaces make it longer by about a fifth.
         let column = self.text.len() - self.line;
@@ -124,7 +124,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn breaks_what_is_long_and_nothing_else() {
+    fn only_long_lists_and_objects_are_broken_into_lines() {
         let long = "x".repeat(90);
         let compact =
             format!(r#"{{"a":[1,2],"b":{{}},"c":[],"d":{{"e":"{{\"[,:\\"}},"f":"{long}"}}"#);

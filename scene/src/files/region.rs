@@ -1,4 +1,4 @@
-//! Regions, nested for people to read.
+//! Regions as nested documents; in memory, they are flat lists of steps.
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -157,7 +157,7 @@ impl RegionDoc {
     }
 
     pub(super) fn write(region: &Region) -> Result<Self, FileError> {
-        // With each, how deeply it is nested.
+        // Each with its depth of nesting.
         let mut stack: Vec<(RegionDoc, usize)> = Vec::new();
         let empty = (RegionDoc::Union(Vec::new()), 0);
         for step in region.steps() {
@@ -259,7 +259,7 @@ fn write_simple(step: &RegionStep) -> Result<RegionDoc, FileError> {
     })
 }
 
-/// An end of an interval, unless there is none.
+/// An end of an interval; `None` if it is infinite.
 fn end(value: &Real, none: Real) -> Option<Num> {
     (*value != none).then_some(Num(*value))
 }

@@ -1,4 +1,4 @@
-//! Scalars as pipelines: a source, then what is done with it, step by step.
+//! Scalars as pipelines: a source, then operations on its value, step by step.
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;

@@ -19,7 +19,7 @@ use super::settings::FieldsDoc;
 /// The version of the schema that this crate writes, and the only one it reads.
 const VERSION: u32 = 1;
 
-/// A scene as it stands in a file: Rapier's settings, bodies, and a tree of fields with its own.
+/// A scene in the form of a file: Rapier's settings, bodies, and a tree of fields with its settings.
 ///
 /// ```
 /// use rapier3d_fields_scene::single::{Document, SceneFile};
@@ -51,12 +51,12 @@ pub struct SceneFile {
     #[serde(default)]
     bodies: Vec<BodyDoc>,
     fields: FieldsDoc,
-    /// What it was read from, for messages.
+    /// The text from which it was read, for the places in error messages.
     #[serde(skip)]
     text: Option<Arc<str>>,
 }
 
-/// Rapier's.
+/// Rapier's default gravity.
 fn usual_gravity() -> Triple {
     triple(PhysicsWorld::default().gravity)
 }
@@ -82,19 +82,18 @@ impl Scene {
 }
 
 impl SceneFile {
-    /// A world with its fields as a file. Bodies are numbered from 0, in the order of their
+    /// A world with its fields in the form of a file. Bodies are numbered from 0, in the order of their
     /// handles, and colliders in the order in which they were attached to their body.
     ///
-    /// What Rapier remembers of the last step (contacts, impulses, islands) is no part of a scene,
-    /// so a running world that is written and built again may go on differently in its contacts;
-    /// a snapshot of world and fields is for that. `user_data`, events and hooks are
-    /// left out.
+    /// Rapier's state of the last step (contacts, impulses, islands) is not part of a scene, so a running
+    /// world that is written and built again may continue differently in its contacts; a snapshot of world
+    /// and fields keeps that state. `user_data`, events and hooks are left out.
     ///
     /// # Errors
-    /// Something cannot stand in a file: closures and predicates, joints, soft bodies, colliders
-    /// without a body, shapes such as height fields, numbers that are not finite, sleeping
-    /// thresholds of one's own, and whatever [`build`](Self::build) refuses, such as a body farther away than
-    /// 1e15: what is written can be read.
+    /// The world has something that a file cannot hold: closures and predicates, joints, soft bodies, colliders
+    /// without a body, shapes such as height fields, numbers that are not finite, sleeping thresholds other
+    /// than Rapier's defaults, and anything that [`build`](Self::build) refuses, such as a body farther away
+    /// than 1e15. So every file that is written can be read.
     pub fn new(world: &PhysicsWorld, fields: &Fields) -> Result<Self, FileError> {
         refuse_what_is_missing(world)?;
         let mut directory = Directory::default();
@@ -133,18 +132,18 @@ impl SceneFile {
             fields: fields.map_err(|error| error.within("fields"))?,
             text: None,
         };
-        // What could not be built again is refused here, where the world still is.
+        // A file that could not be built again is refused here, while the world still exists.
         file.make()?;
         Ok(file)
     }
 
-    /// Says what the scene is, for readers.
+    /// Sets the description of the scene, for readers.
     pub fn about(mut self, text: &str) -> Self {
         self.about = Some(text.to_owned());
         self
     }
 
-    /// What the scene is, if the file says so.
+    /// The description of the scene, if the file has one.
     pub fn description(&self) -> Option<&str> {
         self.about.as_deref()
     }
@@ -152,7 +151,7 @@ impl SceneFile {
     /// Builds the world and its fields.
     ///
     /// # Errors
-    /// Something in it is not possible: a body that is not there, a shape without volume, a tree
+    /// The scene is not possible: it has a body that is not there, a shape without volume, or a tree
     /// that [`Fields`] refuses.
     pub fn build(&self) -> Result<Scene, FileError> {
         let text = self.text.as_deref();
@@ -235,19 +234,19 @@ impl SceneFile {
         Ok(())
     }
 
-    /// With another time step.
+    /// Replaces the time step.
     pub fn dt(mut self, dt: Real) -> Self {
         self.parameters.set_dt(dt);
         self
     }
 
-    /// With another scheme.
+    /// Replaces the scheme.
     pub fn scheme(mut self, scheme: Scheme) -> Self {
         self.fields.scheme = Some(scheme);
         self
     }
 
-    /// With another detection.
+    /// Replaces the detection.
     pub fn detection(mut self, detection: Detection) -> Self {
         self.fields.detection = Some(detection);
         self
@@ -261,7 +260,7 @@ impl SceneFile {
         schema
     }
 
-    /// How many bodies there are.
+    /// The number of bodies.
     pub fn body_count(&self) -> usize {
         self.bodies.len()
     }
@@ -280,7 +279,7 @@ impl SceneFile {
     }
 }
 
-/// Parts of Rapier that files have no words for.
+/// Refuses worlds with parts that a file cannot hold.
 fn refuse_what_is_missing(world: &PhysicsWorld) -> Result<(), FileError> {
     let joints = world.impulse_joints.len() + world.multibody_joints.iter().count();
     if joints > 0 {

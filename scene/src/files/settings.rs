@@ -15,7 +15,7 @@ use super::names::{Directory, Names};
 use super::number::{Num, unless};
 use super::tree::TreeDoc;
 
-/// A tree and how it acts.
+/// A tree of fields and its settings.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
@@ -47,7 +47,7 @@ pub(super) struct FieldsDoc {
         skip_serializing_if = "Option::is_none"
     )]
     responder: Option<Responder>,
-    /// Who answers contacts between any two of some colliders; the last that fits counts.
+    /// The side that answers contacts between any two of some colliders; the last entry that fits counts.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     responder_among: Vec<AmongDoc>,
     #[serde(
@@ -63,7 +63,7 @@ pub(super) struct FieldsDoc {
     /// The simulated time so far.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     time: Option<f64>,
-    /// Trees that others can use by name.
+    /// Trees that `tree` can use by name.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     definitions: BTreeMap<String, TreeDoc>,
     tree: TreeDoc,
@@ -78,7 +78,7 @@ struct AmongDoc {
 }
 
 impl FieldsDoc {
-    /// Without a scene, bodies and colliders are Rapier's handles.
+    /// Makes the fields. Without a scene, bodies and colliders are Rapier's handles.
     pub(super) fn read(&self, scene: Option<&Directory>) -> Result<Fields, FileError> {
         let mut names = Names::of(scene);
         let mut definitions = BTreeMap::new();
@@ -115,7 +115,7 @@ impl FieldsDoc {
         for (name, value) in &self.axes {
             builder = builder.axis(name, value.0);
         }
-        // What can still be wrong is an axis or the scheme.
+        // Only axes, the scheme and the wake policy can still be wrong.
         let mut fields = builder.build().map_err(|error| match error {
             BuildError::DuplicateAxis { .. } => content(error.to_string()).within("axes"),
             _ => content(error.to_string()).within("scheme"),

@@ -7,7 +7,7 @@ use super::fields::math::{Real, SharedShape, Vector};
 use super::fields::rapier::parry::shape::TypedShape;
 use super::number::{Num, Quad, Triple, pose, quad, triple, unless_zero, vector};
 
-/// One of Rapier's shapes. Cylinders and cones stand around the y axis.
+/// One of Rapier's shapes. The axis of cylinders and cones is the y axis.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(
@@ -37,7 +37,7 @@ pub(super) enum ShapeDoc {
         to: Triple,
         radius: Num,
     },
-    /// What is behind the plane through the origin.
+    /// The points behind a plane through the origin.
     HalfSpace {
         outward: Triple,
     },
@@ -51,8 +51,8 @@ pub(super) enum ShapeDoc {
     ConvexHull {
         points: Vec<Triple>,
     },
-    /// Triangles, by the numbers of their points. As a region it must be closed, and all of it wound
-    /// inwards or outwards; it is what it encloses.
+    /// Triangles, by the numbers of their points. As a region, a mesh must be closed and wound one way, inwards
+    /// or outwards; the region is the enclosed volume.
     Mesh {
         points: Vec<Triple>,
         triangles: Vec<[u32; 3]>,
@@ -239,7 +239,7 @@ fn compound(parts: &[PlacedDoc]) -> Result<SharedShape, FileError> {
     let mut shapes = Vec::new();
     for (number, part) in parts.iter().enumerate() {
         let here = |error: FileError| error.within(&format!("compound[{number}]"));
-        // Rapier has no compounds of compounds, of meshes, or of what has no end.
+        // Rapier has no compounds of compounds, of meshes, or of unbounded shapes.
         if matches!(
             part.shape,
             ShapeDoc::Compound(_) | ShapeDoc::Mesh { .. } | ShapeDoc::HalfSpace { .. }

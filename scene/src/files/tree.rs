@@ -1,4 +1,4 @@
-//! Trees, nested for people to read.
+//! Trees as nested documents; in memory, they are flat lists of nodes.
 
 use serde::{Deserialize, Serialize};
 
@@ -23,7 +23,7 @@ pub(super) enum TreeDoc {
     /// Defined nowhere.
     Empty,
     Field(Box<FieldDoc>),
-    /// One of the definitions.
+    /// The definition of that name.
     Use(String),
     SumUnion(Vec<TreeDoc>),
     SumIntersection(Vec<TreeDoc>),
@@ -104,7 +104,7 @@ operations! {
 }
 
 impl TreeDoc {
-    /// The trees it is made of, each with its path in this one.
+    /// The direct subtrees, each with its path in this tree.
     fn parts(&self) -> Vec<(String, &TreeDoc)> {
         if let Some((_, name, operands)) = self.as_operation() {
             let numbered = operands.iter().enumerate();
@@ -167,8 +167,8 @@ impl TreeDoc {
         }
     }
 
-    /// Says where in the file stands what the whole tree was refused for: in the innermost part
-    /// that by itself is refused for the same reason.
+    /// The error of a refused tree with its place in the file: the innermost subtree that is refused by
+    /// itself for the same kind of reason.
     pub(super) fn blame(&self, scene: &Names<'_>, axes: &[&str], error: BuildError) -> FileError {
         let alike =
             |other: &BuildError| std::mem::discriminant(other) == std::mem::discriminant(&error);
@@ -190,7 +190,7 @@ impl TreeDoc {
 
     pub(super) fn write(tree: &Tree, scene: Option<&Directory>) -> Result<Self, FileError> {
         super::check_depth(tree.depth())?;
-        // Operands stand before the operators that use them, each of which is used once.
+        // Operands come before the nodes that use them, and each is used once.
         let mut done: Vec<TreeDoc> = Vec::new();
         for (place, node) in (0..).zip(tree.nodes_view()) {
             let mut take =
@@ -249,7 +249,7 @@ impl LayerDoc {
         })
     }
 
-    /// A tree remembers the order of its layers only; priorities that give it are as good.
+    /// A tree keeps only the order of its layers; any priorities that give this order are equivalent.
     fn write(tree: TreeDoc, mode: Override, priority: i32) -> Self {
         LayerDoc {
             tree,

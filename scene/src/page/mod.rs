@@ -1,18 +1,18 @@
 //! Pages that replay runs in a browser: everything in one file, nothing fetched.
 //!
 //! A recorder ([`single::Recorder`](crate::single::Recorder) or
-//! [`double::Recorder`](crate::double::Recorder)) makes a [`Replay`], and a [`Page`] shows it. What
-//! a page of one's own needs is here too: [`STYLE`], [`SCRIPT`], and [`embedded`] for the data.
+//! [`double::Recorder`](crate::double::Recorder)) makes a [`Replay`], and a [`Page`] shows it. Other
+//! pages can embed a replay by [`STYLE`], [`SCRIPT`], and [`embedded`] for the data.
 
 mod data;
 
 pub use data::{Arrows, ContactKind, DrawnBody, DrawnPart, DrawnShape, Moment, Replay};
 
-/// The style sheet, for light and for dark, of replays and of the page around them.
+/// The style sheet of replays and of the page around them, with a light and a dark theme.
 pub const STYLE: &str = include_str!("style.css");
 
 /// The script: `replay(data)` returns an element that plays a [`Replay`]. It declares `make`, which
-/// makes elements, and `switchTheme`, which turns light into dark and back.
+/// makes elements, and `switchTheme`, which switches between the light and the dark theme.
 pub const SCRIPT: &str = concat!(
     include_str!("make.js"),
     include_str!("decode.js"),
@@ -28,14 +28,14 @@ const PAGE: &str = include_str!("page.html");
 pub struct Page {
     /// The title of the page, and its heading.
     pub title: String,
-    /// A line below the picture: how many bodies, steps, and the like.
+    /// A line below the replay, such as the numbers of bodies and steps.
     pub facts: String,
-    /// What is replayed; its description stands below the heading.
+    /// The replay; its description stands below the heading.
     pub replay: Replay,
 }
 
 impl Page {
-    /// The page as HTML. Texts in it may hold anything.
+    /// The page as HTML. All texts are escaped.
     ///
     /// # Errors
     /// The replay cannot be written as JSON.
@@ -55,8 +55,8 @@ impl Page {
     }
 }
 
-/// A template in which each marker `/*NAME*/` is replaced by the text of that name, if it has one.
-/// What is put in is not looked at again, so it may hold markers.
+/// The template with each marker `/*NAME*/` replaced by the text of that name, if there is one.
+/// Inserted texts may contain markers, which are not replaced.
 pub fn filled<'a>(template: &str, text: impl Fn(&str) -> Option<&'a str>) -> String {
     let mut page = String::new();
     let mut pieces = template.split("/*");
@@ -77,13 +77,13 @@ pub fn filled<'a>(template: &str, text: impl Fn(&str) -> Option<&'a str>) -> Str
     page
 }
 
-/// JSON for a script element: whatever its strings hold, the element does not end in them.
+/// JSON for a script element, with `<` escaped so that no string in it can end the element.
 pub fn embedded(data: &serde_json::Value) -> String {
-    // `<` stands in strings only, where this means the same.
+    // In JSON, `<` occurs in strings only, where the escape means the same.
     data.to_string().replace('<', "\\u003c")
 }
 
-/// A text for HTML, with what has a meaning there escaped.
+/// A text with the special characters of HTML escaped.
 fn escaped(text: &str) -> String {
     let mut escaped = String::new();
     for letter in text.chars() {
@@ -104,7 +104,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn markers_in_texts_stay_as_they_are() {
+    fn markers_in_inserted_texts_are_not_replaced() {
         let text = |marker: &str| match marker {
             "A" => Some("/*B*/"),
             "B" => Some("b"),

@@ -10,20 +10,20 @@ use super::frames::{Counts, four_digits};
 use super::paths::Paths;
 use crate::page::{Arrows, Moment};
 
-/// Arrows of a moment, about and at most.
+/// Arrows of a moment: about this many on an even grid, and at most this many along paths.
 const ABOUT: f64 = 220.0;
 const MOST: usize = 400;
 
-/// If a grid over what is shown has fewer arrows than this, arrows are along the ways of bodies instead.
+/// If a grid over the box that is shown has fewer arrows than this, arrows are along the paths of bodies instead.
 const FEW: usize = 30;
 
-/// The force of the longest arrow is above this share of all: near a centre, forces have no bound.
+/// The longest arrow stands for this quantile of all forces: near a singular centre, forces are unbounded.
 const USUAL: f64 = 0.9;
 
-/// The shortest arrow, as a share of the longest: what is weak is still seen.
+/// The shortest arrow, as a share of the longest, so that weak forces can be seen.
 const SHORTEST: f64 = 0.2;
 
-/// The fields and what they may hang on, at one frame.
+/// The fields, and the bodies and colliders to which they may be anchored, at one frame.
 pub(super) struct Snapshot {
     frame: usize,
     fields: Fields,
@@ -32,7 +32,7 @@ pub(super) struct Snapshot {
 }
 
 impl Snapshot {
-    /// Nothing if fields are in the middle of a change that is refused.
+    /// `None` if the fields, the settings or the state are not valid.
     pub fn new(frame: usize, world: &PhysicsWorld, fields: &Fields) -> Option<Self> {
         let (settings, state) = (fields.settings.clone(), fields.state.clone());
         Some(Snapshot {
@@ -43,7 +43,7 @@ impl Snapshot {
         })
     }
 
-    /// The forces at some points, where a field is defined and gives one.
+    /// The forces at those points where a field is defined and its force is finite and not zero.
     fn forces(&self, points: &[DVec3]) -> Vec<Force> {
         let places: Vec<Vector> = points.iter().map(|it| from_dvec3(*it)).collect();
         let values = self
@@ -66,14 +66,14 @@ struct Force {
     force: DVec3,
 }
 
-/// Points, and how far they are apart.
+/// Points, and their spacing.
 struct Grid {
     points: Vec<DVec3>,
     spacing: f64,
 }
 
 impl Grid {
-    /// Evenly over what is shown.
+    /// An even grid over the box that is shown.
     fn over(bounds: &Bounds) -> Self {
         let half = widened(bounds.half);
         let mut spacing = half.max_element();
@@ -95,7 +95,7 @@ impl Grid {
         }
     }
 
-    /// Where bodies pass.
+    /// The nodes of a grid near which bodies pass.
     fn along(paths: &[DVec3], bounds: &Bounds) -> Self {
         let mut spacing = bounds.half.max_element() / 12.0;
         loop {
@@ -119,7 +119,7 @@ impl Grid {
 }
 
 impl Grid {
-    /// Without the points in what is fixed: arrows there would be in the dark.
+    /// Without the points in fixed solid parts, where arrows could not be seen.
     fn outside(mut self, parts: &Parts) -> Self {
         let solid = |part: &&Part| !part.is_sensor;
         let inside = |at: DVec3| parts.fixed().filter(solid).any(|part| part.contains(at));
@@ -128,7 +128,7 @@ impl Grid {
     }
 }
 
-/// Flat scenes have one layer of arrows, but scenes on a line have room beside it.
+/// Half the size of the grid: flat scenes have one layer of arrows, but scenes on a line are widened to the sides.
 fn widened(half: DVec3) -> DVec3 {
     let mut sizes = half.to_array();
     sizes.sort_unstable_by(f64::total_cmp);
@@ -192,7 +192,7 @@ pub(super) fn all(
     })
 }
 
-/// A force that few are above.
+/// The quantile [`USUAL`] of all forces; `None` without forces.
 fn usual_force(sampled: &[Vec<Force>]) -> Option<f64> {
     let all = sampled.iter().flatten();
     let mut sizes: Vec<f64> = all.map(|it| it.force.length()).collect();
@@ -201,7 +201,7 @@ fn usual_force(sampled: &[Vec<Force>]) -> Option<f64> {
     Some(sizes[(USUAL * last as f64).round() as usize])
 }
 
-/// Begin and difference, in counts.
+/// Start and vector of an arrow, in counts.
 fn arrow(force: &Force, longest: f64, spacing: f64, counts: &Counts) -> [i64; 6] {
     let size = force.force.length();
     let length = 0.85 * spacing * (size / longest).sqrt().clamp(SHORTEST, 1.0);

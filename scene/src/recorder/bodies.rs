@@ -1,4 +1,4 @@
-//! Which bodies there are, and what they look like.
+//! The bodies of a recording and their shapes.
 
 use std::collections::HashMap;
 
@@ -11,7 +11,7 @@ use super::mesh;
 use super::walls::Wall;
 use crate::page::{DrawnBody, DrawnPart, DrawnShape};
 
-/// A body of the recording; without a handle it is all colliders that have no body.
+/// A body of the recording; without a handle, it stands for all colliders that have no body.
 pub(super) struct Body {
     pub handle: Option<RigidBodyHandle>,
     pub name: Option<String>,
@@ -37,7 +37,7 @@ pub(super) fn all(world: &PhysicsWorld) -> Vec<Body> {
     bodies
 }
 
-/// Bodies and shapes as a page has them.
+/// Bodies and shapes in the form of a page.
 pub(super) struct Drawn {
     pub shapes: Vec<DrawnShape>,
     pub bodies: Vec<DrawnBody>,
@@ -64,7 +64,7 @@ impl Drawn {
             }
         });
         let mut bodies: Vec<DrawnBody> = bodies.collect();
-        // Parts of one body are told apart by their shapes, whole bodies by their numbers.
+        // In a body of several parts, the colour is by shape; other bodies have one colour each.
         for body in bodies.iter_mut().filter(|body| body.parts.len() > 1) {
             for part in &mut body.parts {
                 part.color = part.shape;
@@ -77,13 +77,13 @@ impl Drawn {
     }
 }
 
-/// A ball in the middle of its body looks the same however it is turned.
+/// Whether rotations of the body can be seen on a part: not on a ball at the body's origin.
 fn shows_turns(part: &Part) -> bool {
     let is_ball = matches!(part.shape.as_typed_shape(), TypedShape::Ball(_));
     !is_ball || part.local.translation.length() > 0.0
 }
 
-/// Shapes that were met, each once.
+/// The distinct shapes so far.
 struct Shapes<'a> {
     bounds: &'a Bounds,
     counts: Counts,
@@ -120,7 +120,7 @@ impl<'a> Shapes<'a> {
     }
 }
 
-/// The radius of a ball, in the scene's unit.
+/// The radius of a part that is a ball, in the scene's unit of length.
 pub(super) fn radius_of_ball(part: &Part) -> Option<f64> {
     Some(to_f64(part.shape.as_ball()?.radius))
 }

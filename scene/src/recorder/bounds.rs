@@ -1,4 +1,4 @@
-//! What is shown: the box in which bodies move, and what is fixed near it.
+//! The box that is shown: the one in which bodies move, widened to fixed parts near it.
 
 use super::super::fields::math::{
     ColliderHandle, DPose3, DVec3, SharedShape, from_dvec3, to_dpose3, to_dvec3, to_f64,
@@ -11,21 +11,21 @@ use super::frames::Frame;
 use super::paths::Paths;
 use super::walls::Wall;
 
-/// Shapes larger than this have no end.
+/// Shapes larger than this count as unbounded.
 const ENDLESS: f64 = 1e9;
 
-/// How far what is fixed widens the view, as a share of half its size.
+/// How far fixed parts widen the view at most, as a share of half its size.
 const WIDENING: f64 = 0.5;
 
-/// A convex, or otherwise simple, part of a body: compounds are cut up.
+/// A part of a body: a collider, or one of the shapes of a compound.
 pub(super) struct Part {
     /// The number of its body.
     pub body: usize,
     /// Its number among the parts of the body.
     pub place: usize,
-    /// Where it is in the axes of its body.
+    /// Its pose in the frame of its body.
     pub local: DPose3,
-    /// Where it was at the first frame.
+    /// Its pose in the world at the first frame.
     pub first: DPose3,
     pub shape: SharedShape,
     pub is_sensor: bool,
@@ -33,7 +33,7 @@ pub(super) struct Part {
 }
 
 impl Part {
-    /// How far it reaches from the middle of its body, if it has an end.
+    /// An upper bound of its reach from the origin of its body; `None` if it is unbounded.
     fn reach(&self) -> Option<f64> {
         let sphere = self.shape.compute_local_bounding_sphere();
         let radius = to_f64(sphere.radius);
@@ -41,7 +41,7 @@ impl Part {
         (radius < ENDLESS).then(|| center.length() + radius)
     }
 
-    /// Whether a point of the world is in it, where it was at the first frame.
+    /// Whether it contains a point of the world, in its pose at the first frame.
     pub fn contains(&self, world_point: DVec3) -> bool {
         let local = self.first.inverse() * world_point;
         self.shape.contains_local_point(from_dvec3(local))
@@ -124,7 +124,7 @@ fn simple_parts(collider: &Collider, body: &Body) -> Vec<Part> {
     }
 }
 
-/// A box.
+/// An axis-aligned box.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bounds {
     pub center: DVec3,
@@ -133,7 +133,7 @@ pub(super) struct Bounds {
 }
 
 impl Bounds {
-    /// Where bodies move, over all frames.
+    /// The box in which bodies move, over all frames; that of fixed parts if none moves.
     pub fn of_movers(parts: &Parts, paths: &Paths) -> Self {
         let largest = parts.movers().filter_map(Part::reach).fold(0.0, f64::max);
         let places = paths.places().iter().copied();
@@ -143,7 +143,7 @@ impl Bounds {
             (Some(low), Some(high)) => Bounds::between(low, high),
             _ => Bounds::of_fixed(parts),
         };
-        // What is largest does not fill the view.
+        // The view is larger than the largest part.
         let half = bounds.half + DVec3::splat(largest);
         let least = (2.5 * largest - half.length()).max(0.0);
         let half = half + DVec3::splat(least);
@@ -182,7 +182,7 @@ impl Bounds {
         self.center + self.half
     }
 
-    /// The box around a part at the first frame, if it has an end.
+    /// The box around a part at the first frame; `None` if it is unbounded.
     fn of_part(part: &Part) -> Option<Self> {
         part.reach()?;
         let aabb = part.shape.compute_local_aabb();
@@ -193,7 +193,7 @@ impl Bounds {
         Some(Bounds { center, half })
     }
 
-    /// With what is fixed near it.
+    /// The box widened to fixed parts near it, except walls.
     pub fn with_fixed(self, parts: &Parts, walls: &[Wall]) -> Self {
         let reach = DVec3::splat(WIDENING * self.half.max_element());
         let (least, most) = (self.low() - reach, self.high() + reach);

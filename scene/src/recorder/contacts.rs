@@ -1,4 +1,4 @@
-//! Contacts: those that begin, and all about which the sides of the cross-check differ.
+//! Contacts: those that begin, and all on which the two sides of the cross-check differ.
 
 use std::collections::HashSet;
 
@@ -10,12 +10,12 @@ use super::super::fields::rapier::pipeline::PhysicsWorld;
 use super::frames::Counts;
 use crate::page::ContactKind;
 
-/// Contacts of a frame that are drawn, at most.
+/// The most contacts of a frame that are drawn.
 const MOST: usize = 500;
 
 type Pair = [ColliderHandle; 2];
 
-/// A contact at the time it was found.
+/// A contact as it is drawn.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Flash {
     pub at: DVec3,
@@ -26,14 +26,14 @@ pub(super) struct Flash {
 #[derive(Default)]
 pub(super) struct Contacts {
     flashes: Vec<Flash>,
-    /// Pairs of the last step, so that what rests does not flash.
+    /// Pairs that touched in the last step, so that a lasting contact is drawn only when it begins.
     touching: HashSet<Pair>,
-    /// Differences since the last frame, each told once.
+    /// Differences since the last frame, so that each is drawn once.
     told: HashSet<(Pair, ContactKind)>,
 }
 
 impl Contacts {
-    /// Notes the contacts of a step.
+    /// Records the contacts of a step.
     pub fn note(&mut self, world: &PhysicsWorld, fields: &Fields) {
         let mut now = HashSet::new();
         let check = fields.cross_check();
@@ -58,7 +58,7 @@ impl Contacts {
         self.touching = now;
     }
 
-    /// Notes the differences of a step, and says which pairs they are about.
+    /// Records the differences of a step, and returns their pairs.
     fn differences(&mut self, check: &CrossCheckReport) -> HashSet<Pair> {
         let mut pairs = HashSet::new();
         for it in &check.disagreements {
@@ -71,7 +71,7 @@ impl Contacts {
         pairs
     }
 
-    /// Notes Rapier's contacts that begin, between pairs of which the fields have none.
+    /// Records Rapier's contacts that begin, of pairs without a contact of the fields.
     fn note_rapiers(&mut self, world: &PhysicsWorld, now: &mut HashSet<Pair>) {
         for pair in world.narrow_phase.contact_pairs() {
             let mut colliders = [pair.collider1, pair.collider2];
@@ -92,7 +92,7 @@ impl Contacts {
         }
     }
 
-    /// The contacts since the last frame.
+    /// Takes out the contacts since the last frame.
     pub fn take(&mut self) -> Vec<Flash> {
         self.told.clear();
         std::mem::take(&mut self.flashes)
@@ -107,7 +107,7 @@ fn kind(difference: &Difference) -> ContactKind {
     }
 }
 
-/// Where the two of a pair overlap most, in world coordinates, if they do.
+/// The point of deepest overlap of a pair, in world coordinates, if the pair overlaps.
 fn deepest(world: &PhysicsWorld, pair: &ContactPair) -> Option<Vector> {
     let points = pair.manifolds().iter().flat_map(|it| &it.points);
     let overlaps = points.filter(|point| point.dist < 0.0 as Real);
@@ -133,7 +133,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn differences_are_marked_once_a_frame_and_instead_of_the_contact() {
+    fn a_difference_is_marked_once_per_frame() {
         let band = 1e-6;
         let mut report = CrossCheckReport::default();
         let text = format!(

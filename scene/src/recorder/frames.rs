@@ -1,4 +1,4 @@
-//! Bodies frame by frame, and lengths as whole numbers.
+//! The poses of bodies by frame, and lengths as whole numbers.
 
 use super::super::fields::math::{DQuat, DVec3, to_f64};
 use super::super::fields::rapier::pipeline::PhysicsWorld;
@@ -6,13 +6,13 @@ use super::bodies::Body;
 use super::bounds::Bounds;
 use crate::page::DrawnBody;
 
-/// Lengths of a page are to this share of half the size of what is shown.
+/// The unit of lengths in a page is at most this share of half the size of the box that is shown.
 const FINE: f64 = 1e-4;
 
-/// Numbers of a page are whole numbers up to this: what is farther away is drawn there.
+/// The largest count in a page: positions farther away are drawn there.
 const MOST: f64 = 1e12;
 
-/// Turns lengths into counts of a unit, a power of ten.
+/// Converts lengths to counts of a unit, which is a power of ten.
 pub(super) struct Counts {
     exponent: i32,
 }
@@ -34,7 +34,7 @@ impl Counts {
         length / self.unit()
     }
 
-    /// A length in counts to four digits: for shapes, which may be much smaller than the scene.
+    /// A length in counts, to four significant digits: for shapes, which may be much smaller than the scene.
     pub fn fine(&self, length: f64) -> f64 {
         four_digits(self.length(length))
     }
@@ -48,18 +48,18 @@ impl Counts {
     }
 }
 
-/// To four significant digits.
+/// Rounds to four significant digits.
 pub(super) fn four_digits(number: f64) -> f64 {
-    // What was just printed is a number.
+    // A printed number can be parsed.
     format!("{number:.3e}").parse().unwrap_or(number)
 }
 
-/// Where a body is.
+/// The pose of a body in a frame.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Place {
     pub at: DVec3,
     pub turn: DQuat,
-    /// Whether it sleeps, or takes no part at all.
+    /// Whether it sleeps or is disabled; false for fixed bodies.
     pub asleep: bool,
 }
 
@@ -88,7 +88,7 @@ impl Frame {
     }
 }
 
-/// By frame what changed; see [`Replay::frames`](crate::page::Replay::frames).
+/// The changes by frame; see [`Replay::frames`](crate::page::Replay::frames).
 pub(super) fn differences(
     frames: &[Frame],
     bodies: &[DrawnBody],
@@ -112,7 +112,7 @@ pub(super) fn differences(
     changes.collect()
 }
 
-/// Place and attitude; of the two quaternions of an attitude the one nearer to that before.
+/// Position and attitude; of the two quaternions of an attitude, the one nearer to that in `before`.
 fn numbers(place: &Place, before: &[i64; 7], counts: &Counts) -> [i64; 7] {
     let turn = place.turn.to_array();
     let along: f64 = (0..4).map(|it| turn[it] * before[3 + it] as f64).sum();
@@ -125,7 +125,7 @@ fn numbers(place: &Place, before: &[i64; 7], counts: &Counts) -> [i64; 7] {
     numbers
 }
 
-/// By frame, who fell asleep or woke.
+/// By frame, the numbers of the bodies that fell asleep or woke.
 pub(super) fn sleep(frames: &[Frame]) -> Vec<Vec<usize>> {
     let mut known = vec![false; frames.first().map_or(0, |it| it.places.len())];
     let changes = frames.iter().map(|frame| {

@@ -10,20 +10,20 @@ use super::bounds::{Bounds, Part};
 use super::frames::{Counts, four_digits};
 use crate::page::DrawnShape;
 
-/// Into how many pieces a circle is cut.
+/// The number of segments of a circle.
 const ROUND: u32 = 20;
 
-/// Corners of a mesh are to this share of its size.
+/// Corners of a mesh are rounded to its size divided by this.
 const FINE: f64 = 1e3;
 
-/// Edges between faces that differ by more than this, as a cosine, are creases: 25 degrees.
+/// An edge is a crease if the cosine between the normals of its faces is below this: 25 degrees.
 const CREASE: f64 = 0.906;
 
-/// Points and what joins them.
+/// Points, and the triangles or lines between them.
 struct Mesh {
     points: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
-    /// Where there are no triangles.
+    /// Only for shapes without triangles.
     lines: Vec<[u32; 2]>,
     is_convex: bool,
 }
@@ -46,7 +46,7 @@ impl Mesh {
     }
 }
 
-/// A part as it is drawn.
+/// The shape of a part as it is drawn.
 pub(super) fn drawn(part: &Part, bounds: &Bounds, counts: &Counts) -> DrawnShape {
     match radius_of_ball(part) {
         Some(radius) => DrawnShape::Ball {
@@ -89,12 +89,12 @@ fn hull(shape: &dyn Shape) -> (Vec<Vector>, Vec<[u32; 3]>) {
         TypedShape::Cylinder(it) => it.to_trimesh(ROUND),
         TypedShape::Cone(it) => it.to_trimesh(ROUND),
         TypedShape::ConvexPolyhedron(it) => it.to_trimesh(),
-        // Rounded ones, and those of the user.
+        // Rounded shapes and custom shapes.
         _ => outermost(shape).unwrap_or_else(|| shape.compute_local_aabb().to_trimesh()),
     }
 }
 
-/// A piece of a plane, as large as what is shown and near it.
+/// A square of the plane of a half-space, as large as the box that is shown and near its centre.
 fn patch(part: &Part, outward: DVec3, bounds: &Bounds) -> Mesh {
     let center = part.first.inverse() * bounds.center;
     let foot = center - outward * outward.dot(center);
@@ -109,14 +109,14 @@ fn patch(part: &Part, outward: DVec3, bounds: &Bounds) -> Mesh {
     }
 }
 
-/// The hull of a shape's outermost points in many directions, if the shape can say which they are.
+/// The hull of a shape's support points in many directions, if the shape has a support map.
 fn outermost(shape: &dyn Shape) -> Option<(Vec<Vector>, Vec<[u32; 3]>)> {
     let map = shape.as_support_map()?;
     let points = directions().map(|direction| map.local_support_point(direction));
     try_convex_hull(&points.collect::<Vec<Vector>>()).ok()
 }
 
-/// Directions all around: a grid on the faces of a cube.
+/// Unit vectors in all directions: a grid on the faces of a cube.
 fn directions() -> impl Iterator<Item = Vector> {
     const SIDE: i32 = 4;
     let steps = || -SIDE..=SIDE;
@@ -126,7 +126,7 @@ fn directions() -> impl Iterator<Item = Vector> {
 }
 
 impl Mesh {
-    /// With corners that are the same to the eye made one.
+    /// The mesh in the form of a page. Corners that round to the same point are merged.
     fn drawn(&self, counts: &Counts) -> DrawnShape {
         let size = self.points.iter().map(|it| it.abs().max_element());
         let size = size.fold(f64::MIN_POSITIVE, f64::max);
@@ -166,7 +166,7 @@ impl Mesh {
     }
 }
 
-/// Four numbers of each triangle: its corners, and which edges are creases.
+/// Four numbers of each triangle: its corners, and the bits of the edges that are creases.
 fn with_creases(points: &[i64], triangles: &[[u32; 3]]) -> Vec<u32> {
     let point = |number: u32| {
         let at = 3 * number as usize;

@@ -20,24 +20,24 @@ use contacts::{Contacts, Flash};
 use frames::{Counts, Frame};
 use paths::Paths;
 
-/// Frames of a replay, at most, if nobody says how many.
+/// The most frames of a replay, unless `Pace::every` is given.
 const MOST_FRAMES: usize = 300;
 
-/// Poses of a replay, at most, if nobody says how many, and frames at the least: a page of many bodies stays
-/// a few megabytes.
+/// The most poses (frames times bodies) and the fewest frames of a replay, unless `Pace::every` is given: a page of
+/// many bodies takes a few megabytes.
 const MOST_POSES: usize = 150_000;
 const LEAST_FRAMES: usize = 60;
 
-/// Moments at which fields are sampled, at most.
+/// The most moments at which fields are sampled.
 const MOMENTS: usize = 24;
 
-/// How long a run is, and how often it is looked at.
+/// The length of a run, and the period of its frames.
 #[derive(Clone, Copy, Debug)]
 pub struct Pace {
     /// Steps of the run.
     pub steps: usize,
-    /// Every so many steps is a frame. `None` chooses, so that there are at most about 300 frames, and
-    /// fewer of many bodies.
+    /// The number of steps from one frame to the next. `None` gives at most about 300 frames, and fewer for
+    /// many bodies.
     pub every: Option<usize>,
 }
 
@@ -49,9 +49,9 @@ impl Pace {
     }
 }
 
-/// Notes what a world does, step by step.
+/// Records a world and its fields, step by step.
 ///
-/// Bodies that are in the world when it begins are shown, soft bodies are not.
+/// It shows the bodies that are in the world at its beginning, except soft bodies.
 ///
 /// ```
 /// use rapier3d_fields::prelude::*;
@@ -86,7 +86,7 @@ pub struct Recorder {
 }
 
 impl Recorder {
-    /// Begins with the world as it is now, as the first frame.
+    /// Begins a recording, with the current state of the world as its first frame.
     pub fn new(world: &PhysicsWorld, fields: &Fields, pace: Pace) -> Self {
         let bodies = bodies::all(world);
         let mut recorder = Recorder {
@@ -103,14 +103,14 @@ impl Recorder {
         recorder
     }
 
-    /// Names a body, for the labels.
+    /// Names a body, for the labels of the replay.
     pub fn name(&mut self, body: RigidBodyHandle, name: &str) {
         if let Some(body) = self.bodies.iter_mut().find(|it| it.handle == Some(body)) {
             body.name = Some(name.to_owned());
         }
     }
 
-    /// Notes the world after a step: contacts always, and the rest if this step, or the last one, is a frame.
+    /// Records the world after a step: contacts always, and a frame if one is due or the step is the last.
     pub fn after_step(&mut self, world: &PhysicsWorld, fields: &Fields) {
         self.step += 1;
         self.contacts.note(world, fields);
@@ -130,7 +130,7 @@ impl Recorder {
         self.flashes.push(self.contacts.take());
     }
 
-    /// What was recorded, without name and description. The world is where the recorder left it.
+    /// The replay, without name and description. The world must be as it was after the last recorded step.
     pub fn finish(self, world: &PhysicsWorld) -> Replay {
         let parts = Parts::new(&self.bodies, &self.frames, world);
         let paths = Paths::new(&parts, &self.frames);

@@ -1,17 +1,17 @@
-//! Where bodies go, without the few that go astray.
+//! The positions of moving bodies over a run, without outliers.
 
 use super::super::fields::math::DVec3;
 use super::bounds::Parts;
 use super::frames::Frame;
 
-/// Bodies that go more than so many times as far as most of them go astray, and do not count: a view
-/// that had them in it would show nothing else.
+/// Bodies that go farther than this multiple of the distance within which most bodies stay are outliers
+/// and left out: in a view that includes them, nothing else could be seen.
 const ASTRAY: f64 = 4.0;
 
-/// Which part of all bodies "most" are.
+/// The share of all bodies that "most" stands for.
 const MOST: f64 = 0.8;
 
-/// All places of all bodies that move and count.
+/// All positions of the moving bodies that are no outliers.
 pub(super) struct Paths(Vec<DVec3>);
 
 impl Paths {
@@ -34,13 +34,13 @@ impl Paths {
         Paths(counted.flat_map(|(body, _)| path(*body)).collect())
     }
 
-    /// All places, body by body, each in the order of time.
+    /// All positions, body by body, each in order of time.
     pub fn places(&self) -> &[DVec3] {
         &self.0
     }
 }
 
-/// By axis, the value that half of all are below; zero if there is none.
+/// The median by axis; zero without positions.
 fn median(places: Vec<DVec3>) -> DVec3 {
     let along = |axis: usize| {
         let mut all: Vec<f64> = places.iter().map(|at| at[axis]).collect();

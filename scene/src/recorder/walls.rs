@@ -1,5 +1,5 @@
-//! Floors and walls: fixed flat faces with all that moves on one side. They are drawn as faces, so that the
-//! near walls of a closed box do not hide what is in it.
+//! Floors and walls: fixed flat faces with all moving bodies on one side. They are drawn as faces, so that the
+//! near walls of a closed box do not hide its contents.
 
 use super::super::fields::math::{DVec3, to_dvec3};
 use super::super::fields::rapier::parry::shape::TypedShape;
@@ -7,15 +7,15 @@ use super::bounds::{Bounds, Part, Parts};
 use super::frames::Counts;
 use super::paths::Paths;
 
-/// How far bodies may be behind a wall, and how far it is drawn beyond what moves, as shares of half the
-/// size of the view.
+/// How far bodies may be behind a wall, and how far the wall is drawn beyond the box in which bodies move, as
+/// shares of half the size of the view.
 const BEHIND: f64 = 0.03;
 const BEYOND: f64 = 0.2;
 
-/// What a wall is at least in length and in width, as a share of half the size of the view.
+/// Half the length and half the width of a wall, at least, as shares of half the size of the view.
 const LEAST: [f64; 2] = [0.6, 0.2];
 
-/// A half-space: what is on the outer side of a plane.
+/// A half-space: the points on the outer side of a plane.
 #[derive(Clone, Copy)]
 struct Side {
     outward: DVec3,
@@ -30,7 +30,7 @@ impl Side {
         }
     }
 
-    /// How far a point is on the outer side.
+    /// The distance of a point from the plane, positive on the outer side.
     fn height(&self, point: DVec3) -> f64 {
         self.outward.dot(point) - self.offset
     }
@@ -56,13 +56,13 @@ impl Side {
 struct Face {
     middle: DVec3,
     outward: DVec3,
-    /// From the middle to two edges that meet.
+    /// Vectors from the middle to the middles of two edges that meet.
     edges: [DVec3; 2],
 }
 
 /// A floor or a wall.
 pub(super) struct Wall {
-    /// Its body, and its number among the parts of that.
+    /// The number of its body, and its own among the parts of that body.
     body: usize,
     place: usize,
     side: Side,
@@ -79,13 +79,13 @@ impl Wall {
     }
 }
 
-/// All of them.
+/// All floors and walls.
 pub(super) fn all(parts: &Parts, paths: &Paths, bounds: &Bounds) -> Vec<Wall> {
     let walls = parts
         .fixed()
         .filter_map(|part| wall(part, paths.places(), bounds));
     let mut walls: Vec<Wall> = walls.collect();
-    // What is behind another wall is not seen.
+    // The part of a wall behind another wall cannot be seen.
     let sides: Vec<Side> = walls.iter().map(|wall| wall.side).collect();
     for (number, wall) in walls.iter_mut().enumerate() {
         for (other, side) in sides.iter().enumerate() {
@@ -124,7 +124,7 @@ fn wall(part: &Part, paths: &[DVec3], bounds: &Bounds) -> Option<Wall> {
     })
 }
 
-/// The faces of a cuboid, or of a half-space the piece that is near.
+/// The faces of a cuboid, or the piece of a half-space's plane near the box that is shown.
 fn faces(part: &Part, bounds: &Bounds) -> Vec<Face> {
     let pose = part.first;
     match part.shape.as_typed_shape() {
@@ -157,7 +157,7 @@ fn faces(part: &Part, bounds: &Bounds) -> Vec<Face> {
     }
 }
 
-/// The corners of a face, counter-clockwise as seen from outside, as far as they are near what is shown.
+/// The corners of a face cut off near the box that is shown, counter-clockwise as seen from outside.
 fn trimmed(face: &Face, bounds: &Bounds) -> Vec<DVec3> {
     let [u, v] = face.edges;
     let mut corners: Vec<DVec3> = [-u - v, u - v, u + v, v - u]
@@ -168,7 +168,7 @@ fn trimmed(face: &Face, bounds: &Bounds) -> Vec<DVec3> {
     }
     let half = bounds.half + BEYOND * bounds.half.max_element();
     for axis in DVec3::AXES {
-        // Not across: a floor may be far below.
+        // Not along the normal: a floor may be far below the bodies.
         if face.outward.dot(axis).abs() < 0.7 {
             let reach = half.dot(axis);
             for inward in [axis, -axis] {

@@ -11,24 +11,24 @@ use super::{Scene, SceneFile};
 use crate::page::Page;
 use crate::program::{AnyError, Options};
 
-/// What is recorded for the page, if it was asked for.
+/// The recording for the page, if a page was asked for.
 pub struct Film(Option<Recording>);
 
 struct Recording {
     path: String,
     file: File,
     recorder: Recorder,
-    /// Name of the scene file, and what it says that it is.
+    /// The name of the scene file; `description` is the text `about` in it.
     title: String,
     description: String,
     facts: String,
 }
 
 impl Film {
-    /// Begins before the first step; nothing if no page was asked for.
+    /// Begins a recording before the first step, if a page was asked for.
     ///
     /// # Errors
-    /// The page cannot be written.
+    /// The file of the page cannot be created.
     pub fn create(
         file: &SceneFile,
         scene: &Scene,
@@ -62,7 +62,7 @@ impl Film {
         })))
     }
 
-    /// Notes a step.
+    /// Records the world after a step.
     pub fn after_step(&mut self, scene: &Scene) {
         if let Some(recording) = &mut self.0 {
             recording.recorder.after_step(&scene.world, &scene.fields);
@@ -72,7 +72,7 @@ impl Film {
     /// Writes the page.
     ///
     /// # Errors
-    /// It cannot be written.
+    /// The page cannot be written.
     pub fn finish(self, scene: &Scene) -> Result<(), AnyError> {
         let Some(mut recording) = self.0 else {
             return Ok(());
@@ -102,7 +102,7 @@ fn facts(scene: &Scene, steps: usize) -> String {
     let bodies = count(scene.bodies.len(), "body", "bodies");
     let steps = count(steps, "step", "steps");
     let dt = to_f64(scene.world.integration_parameters.dt);
-    // To five digits, in the shortest way.
+    // Five significant digits, without trailing zeros.
     let dt: f64 = format!("{dt:.4e}").parse().unwrap_or(dt);
     let bits = 8 * size_of::<Real>();
     let check = match scene.fields.cross_check() {

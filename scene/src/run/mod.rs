@@ -13,8 +13,8 @@ use crate::program::{AnyError, Options, progress_bar};
 use film::Film;
 use tables::Tables;
 
-/// Runs a scene as the options say, writes the tables and the page, and prints what there is to tell.
-/// If a step fails, the page shows what came before.
+/// Runs a scene with the given options, writes the tables and the page, and prints a summary.
+/// If a step fails, the page shows the steps before it.
 ///
 /// # Errors
 /// The scene or an option is wrong, a step failed, a table or the page cannot be written, the two sides of the
@@ -70,7 +70,7 @@ pub(crate) fn run(text: &str, options: &Options) -> Result<(), AnyError> {
     }
 }
 
-/// The largest errors of all bodies after some steps, as they are estimated.
+/// The largest of the estimated errors of all bodies after some steps.
 fn estimate(scene: &Scene, steps: usize) -> Result<String, AnyError> {
     let errors = scene.fields.estimate_error(&scene.world, steps)?;
     let largest = |of: fn(&fields::ErrorEstimate) -> fields::math::Real| {
@@ -103,12 +103,12 @@ fn choice<T: for<'de> serde::Deserialize<'de>>(name: &str, value: &str) -> Resul
     read.map_err(|error| format!("--{name} {value}: {error}").into())
 }
 
-/// What a run has to tell.
+/// The counts and warnings of a run, for its summary.
 #[derive(Default)]
 struct Told {
     contacts: usize,
     warnings: usize,
-    /// Each distinct warning without its numbers: the first in full, its step, and how many.
+    /// By kind of warning and body: the step and text of the first warning, and their number.
     distinct: BTreeMap<String, (usize, String, usize)>,
 }
 
@@ -148,7 +148,7 @@ impl Told {
     fn note(&mut self, step: usize, scene: &Scene) {
         for warning in scene.fields.warnings() {
             let text = warning.to_string();
-            // The same warning of the same body has other numbers in each step.
+            // The texts of one kind of warning about one body differ in their numbers from step to step.
             let body = tables::body_of(warning);
             let kind = format!("{:?} {body:?}", std::mem::discriminant(warning));
             let entry = self.distinct.entry(kind).or_insert((step, text, 0));
@@ -172,7 +172,7 @@ impl Told {
     }
 }
 
-/// How often the two sides of the cross-check disagreed, if there is one.
+/// The number of disagreements of the cross-check; zero without one.
 fn disagreements(scene: &Scene) -> u64 {
     let check = scene.fields.cross_check();
     check.map_or(0, |check| check.disagreed())

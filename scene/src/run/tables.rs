@@ -20,17 +20,17 @@ pub struct Tables {
     contacts: Option<Table>,
     energies: Option<Table>,
     warnings: Option<Table>,
-    /// Where colliders were before the step: Rapier's contacts belong to those poses.
+    /// The colliders before the step: Rapier's contacts belong to their poses.
     before: HashMap<ColliderHandle, Before>,
     time_before: f64,
-    /// Contacts of the fields after the last step: what Rapier answers, it answers in the next.
+    /// Contacts that the fields found in the last step; Rapier answers contacts at the same poses in the next step.
     found: Vec<Found>,
 }
 
 /// Creates a file, and the folder that it is in.
 ///
 /// # Errors
-/// One of them cannot be made.
+/// The file or the folder cannot be created.
 pub fn create_file(path: &str) -> Result<File, AnyError> {
     if let Some(folder) = Path::new(path).parent() {
         std::fs::create_dir_all(folder)
@@ -46,7 +46,7 @@ struct Table {
 }
 
 impl Table {
-    /// Nothing for an empty path.
+    /// `None` for an empty path.
     fn create(path: &str, header: &str) -> Result<Option<Self>, AnyError> {
         if path.is_empty() {
             return Ok(None);
@@ -83,7 +83,7 @@ impl Table {
     }
 }
 
-/// A collider before a step.
+/// The pose of a collider, and the motion of its body, before a step.
 struct Before {
     pose: Pose,
     centre: Vector,
@@ -97,19 +97,20 @@ impl Before {
     }
 }
 
-/// A contact as it stands in a row.
+/// A row of the table of contacts.
 struct Row {
     colliders: [ColliderHandle; 2],
     normal: Vector,
     point: Vector,
     depth: Real,
     approach_speed: Real,
-    /// On the first and on the second.
+    /// On the first and on the second collider.
     impulses: [Vector; 2],
+    /// By the fields and by Rapier.
     answered: [bool; 2],
 }
 
-/// A contact of the fields, and its time.
+/// A contact that the fields found, with its step and time.
 struct Found {
     step: usize,
     time: f64,
@@ -148,7 +149,7 @@ fn answered(contact: &FieldContact) -> bool {
 }
 
 impl Tables {
-    /// An empty path is a table that was not asked for.
+    /// Creates the tables whose paths are not empty.
     pub fn create(paths: &Paths) -> Result<Self, AnyError> {
         let state = "step,time,body,x,y,z,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz";
         let contact = "step,time,body1,part1,body2,part2,nx,ny,nz,px,py,pz,depth,source,\
@@ -167,7 +168,7 @@ impl Tables {
         })
     }
 
-    /// Writes where all bodies are.
+    /// Writes the poses and velocities of all bodies.
     pub fn poses(&mut self, step: usize, scene: &Scene) -> Result<(), AnyError> {
         let Some(table) = &mut self.trajectory else {
             return Ok(());
@@ -187,7 +188,7 @@ impl Tables {
         Ok(())
     }
 
-    /// Writes the wrench on each body that fields move, where all is now.
+    /// Writes the wrench on each body that fields move, at the current poses.
     pub fn wrenches(&mut self, step: usize, scene: &mut Scene) -> Result<(), AnyError> {
         let Some(table) = &mut self.wrenches else {
             return Ok(());
@@ -206,8 +207,8 @@ impl Tables {
         Ok(())
     }
 
-    /// Writes the energies of all bodies: of their motion, in the scene's gravity, and in those
-    /// fields that have a potential.
+    /// Writes the kinetic energy of all bodies, and their potential energies in the scene's gravity and
+    /// in those fields that have a potential.
     pub fn energies(&mut self, step: usize, scene: &mut Scene) -> Result<(), AnyError> {
         let Some(table) = &mut self.energies else {
             return Ok(());
@@ -249,7 +250,7 @@ impl Tables {
         Ok(())
     }
 
-    /// Notes where all is before a step.
+    /// Records the colliders before a step.
     pub fn before(&mut self, scene: &Scene) {
         self.time_before = scene.fields.time();
         if self.contacts.is_some() {
@@ -259,8 +260,8 @@ impl Tables {
         }
     }
 
-    /// Writes the contacts of the poses before a step: those that the fields found there, and
-    /// Rapier's, who answers them in the step.
+    /// Writes the contacts at the poses before a step: those that the fields found there, and
+    /// Rapier's, which it answers in the step.
     pub fn contacts(&mut self, step: usize, scene: &Scene) -> Result<(), AnyError> {
         self.contacts_before(step - 1, scene, true)?;
         let now = scene.fields.time();
@@ -273,14 +274,14 @@ impl Tables {
         Ok(())
     }
 
-    /// Writes the contacts after the last step, which nobody at Rapier's answers any more.
+    /// Writes the contacts after the last step, which Rapier does not answer any more.
     pub fn last_contacts(&mut self, step: usize, scene: &mut Scene) -> Result<(), AnyError> {
         self.before(scene);
         scene.world.detect_collisions(&(), &());
         self.contacts_before(step, scene, false)
     }
 
-    /// The contacts at the places noted before, and whether Rapier has answered them by now.
+    /// Writes the contacts at the recorded poses. `solved`: whether Rapier has made the step that answers them.
     fn contacts_before(
         &mut self,
         step: usize,
@@ -319,7 +320,7 @@ impl Tables {
         Ok(())
     }
 
-    /// Makes sure that all is written.
+    /// Flushes all tables.
     pub fn finish(self) -> Result<(), AnyError> {
         let tables = [
             self.trajectory,
@@ -386,7 +387,7 @@ fn number_of(body: RigidBodyHandle, scene: &Scene) -> Option<usize> {
     scene.bodies.iter().position(|handle| *handle == body)
 }
 
-/// Where a collider is, and how it moves: Rapier moves it to its body in the next step only.
+/// The pose and motion of a collider by those of its body: Rapier updates a collider's own pose only in the next step.
 fn before(handle: ColliderHandle, scene: &Scene) -> Before {
     let collider = &scene.world.colliders[handle];
     let body = collider
@@ -406,7 +407,7 @@ fn before(handle: ColliderHandle, scene: &Scene) -> Before {
     }
 }
 
-/// The deepest overlap of a pair of Rapier's, if it overlaps, in the order of the handles.
+/// The deepest overlap of one of Rapier's pairs, if it overlaps, with its colliders in the order of handles.
 fn deepest(
     pair: &ContactPair,
     before: &HashMap<ColliderHandle, Before>,

@@ -21,7 +21,7 @@ use super::fields::{ContactLaw, Field, ForceMode};
 use super::number::{Num, unless};
 use super::shape::ShapeDoc;
 
-/// A formula. Those of which a file says the same as the type in memory are that type.
+/// A formula. Where a file has the same settings as the type in memory, the variant holds that type.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(
@@ -73,7 +73,7 @@ pub(super) enum FormulaDoc {
 crate::choice::one_of!(FormulaDoc, "formula");
 
 impl FormulaDoc {
-    /// The field that the constructor of that name makes.
+    /// The field made by the constructor of that name.
     pub(super) fn read(&self) -> Result<Field, FileError> {
         let within = |name: &'static str| move |error: FileError| error.within(name);
         Ok(match self {
@@ -140,7 +140,7 @@ impl FormulaDoc {
         })
     }
 
-    /// That of a field: a pull that is read as an acceleration is a gravity.
+    /// The formula of a field. An inverse-square attraction that is an acceleration is written as `point-gravity`.
     pub(super) fn of(field: &Field) -> Result<Self, FileError> {
         let field = field.view();
         if let Formula::Radial(law) = field.formula
@@ -200,7 +200,7 @@ fn closure() -> FileError {
     }
 }
 
-/// How many winds blow in each other.
+/// The levels of formulas in the flow of a wind: one more than the winds nested in it.
 fn flow_depth(flow: &Formula) -> usize {
     let (mut depth, mut next) = (1, flow);
     while let Formula::Wind(wind) = next {

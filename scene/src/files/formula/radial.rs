@@ -1,4 +1,4 @@
-//! Formulas of the distance.
+//! Radial formulas: functions of the distance.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,7 +9,7 @@ use super::fields::Field;
 use super::fields::field::{Profile, Radial};
 use super::fields::math::Real;
 
-/// A radial formula's parameters, with what all radial formulas can be given.
+/// The parameters of a radial formula, with the settings common to all radial formulas.
 macro_rules! radial {
     ($($name:ident { $($(#[$attribute:meta])* $parameter:ident),* })*) => {$(
         #[derive(Clone, Debug, Serialize, Deserialize)]
