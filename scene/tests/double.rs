@@ -1,4 +1,4 @@
-//! Files in 64 bits: the tests of `single`.
+//! Tests of scene files in 64 bits: the same as in `single.rs`.
 
 extern crate rapier3d_fields_f64 as rapier3d_fields;
 

@@ -1,4 +1,4 @@
-//! The program itself.
+//! Tests of the program `simulate`.
 
 #[path = "it/pages.rs"]
 mod pages;
@@ -6,7 +6,7 @@ mod pages;
 use std::path::PathBuf;
 use std::process::{Command, Output};
 
-/// A folder of this test.
+/// Creates a folder for files of a test.
 fn folder(name: &str) -> PathBuf {
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);
     std::fs::create_dir_all(&folder).expect("a folder");
@@ -29,7 +29,7 @@ fn scene(name: &str) -> String {
     )
 }
 
-/// The cells of a table by the name of their column.
+/// The cells of a table's column.
 fn column(path: &std::path::Path, name: &str) -> Vec<String> {
     let text = std::fs::read_to_string(path).expect("a table");
     let mut lines = text.lines();
@@ -41,7 +41,7 @@ fn column(path: &std::path::Path, name: &str) -> Vec<String> {
 }
 
 #[test]
-fn tables_in_both_precisions() {
+fn tables_are_written_in_both_precisions() {
     for precision in ["f32", "f64"] {
         let folder = folder(precision);
         let file = |name: &str| folder.join(name).display().to_string();
@@ -68,7 +68,7 @@ fn tables_in_both_precisions() {
         let approached = |speed: &String| speed.parse::<f64>().expect("a number") > 0.0;
         assert!(speeds.iter().any(approached));
         assert!(sources.contains(&"field".to_owned()) && sources.contains(&"rapier".to_owned()));
-        // Who found a contact does not decide who answers it: here the fields do.
+        // Which side found a contact does not decide which side answers it: here the fields do.
         assert!(answers.contains(&"fields".to_owned()), "{answers:?}");
         assert!(!answers.contains(&"both".to_owned()), "{answers:?}");
         for (answer, impulse) in answers.iter().zip(&impulses) {
@@ -79,7 +79,7 @@ fn tables_in_both_precisions() {
 }
 
 #[test]
-fn options_take_the_place_of_the_file() {
+fn options_override_the_settings_of_the_file() {
     let output = simulate(&[&scene("planet"), "--dt", "0.5", "--steps", "4"]);
     assert!(
         said(&output).contains("simulated               2.000000"),
@@ -125,7 +125,7 @@ fn options_take_the_place_of_the_file() {
 }
 
 #[test]
-fn warnings_are_told_once_each_and_end_strict_runs() {
+fn warnings_are_printed_once_each_and_fail_strict_runs() {
     let stiff = folder("strict").join("stiff.json");
     let text = r#"{ "version": 1, "bodies": [
         { "at": [1, 0, 0], "colliders": [{ "shape": { "ball": { "radius": 0.5 } }, "mass": 1 }] }

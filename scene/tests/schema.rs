@@ -1,5 +1,4 @@
-//! The JSON Schema that the types say is the one in `schema.json`, and the scenes of this project
-//! keep to it.
+//! `schema.json` is the JSON Schema of the types, and the scenes of this project conform to it.
 
 use rapier3d_fields_scene::single::SceneFile;
 use serde_json::Value;
@@ -9,7 +8,7 @@ fn path(name: &str) -> String {
 }
 
 #[test]
-fn the_schema_is_fresh() {
+fn the_schema_file_is_up_to_date() {
     let text = serde_json::to_string_pretty(&SceneFile::schema()).expect("JSON") + "\n";
     if std::env::var_os("WRITE_SCENES").is_some() {
         std::fs::write(path("schema.json"), &text).expect("a file that can be written");
@@ -21,7 +20,7 @@ fn the_schema_is_fresh() {
     );
 }
 
-/// As much of the specification as the schema uses; what else there is fails.
+/// Checks a value by those keywords of JSON Schema that the schema uses; other keywords fail.
 fn check(value: &Value, schema: &Value, root: &Value, place: &str) -> Result<(), String> {
     let object = match schema {
         Value::Bool(true) => return Ok(()),
@@ -126,7 +125,7 @@ fn check(value: &Value, schema: &Value, root: &Value, place: &str) -> Result<(),
 }
 
 #[test]
-fn scenes_keep_to_the_schema() {
+fn scenes_conform_to_the_schema() {
     let schema = serde_json::to_value(SceneFile::schema()).expect("JSON");
     let read = |path: &str| -> Value {
         let text = std::fs::read_to_string(path).expect("a scene");

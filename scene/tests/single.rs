@@ -1,4 +1,4 @@
-//! Files in 32 bits.
+//! Tests of scene files in 32 bits.
 
 use rapier3d_fields_lab::single as lab;
 use rapier3d_fields_scene::single as files;

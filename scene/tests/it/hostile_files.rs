@@ -1,10 +1,10 @@
-//! Files that are wrong: the error says where, and what was expected; nothing panics.
+//! Wrong files: errors give the place and the expected content, and nothing panics.
 use crate::files::{Document, FileError, SceneFile};
 use rapier3d_fields::prelude::*;
 use rapier3d_fields_lab::random::Random;
 use serde_json::{Value, json};
 
-/// What reading and building a scene says.
+/// The error of reading and building a scene.
 fn error(text: &str) -> String {
     let scene = SceneFile::from_json(text).and_then(|file| file.build());
     scene.err().expect("an error").to_string()
@@ -86,7 +86,7 @@ fn errors_of_the_text_say_line_column_path_and_what_was_expected() {
 }
 
 #[test]
-fn what_is_not_possible_is_named_with_its_place_and_value() {
+fn impossible_content_is_reported_with_its_place_and_value() {
     let ball = |rest: &str| {
         format!(r#"{{ "colliders": [{{ "shape": {{ "ball": {{ "radius": 1 }} }}, {rest} }}] }}"#)
     };
@@ -200,7 +200,7 @@ fn code_is_refused_by_name_when_writing() {
 }
 
 #[test]
-fn numbers_that_json_has_not_are_not_written() {
+fn numbers_that_are_not_finite_are_not_written() {
     let wells = [
         Field::spring(Real::INFINITY),
         Field::uniform(Vector::new(0.0, Real::NAN, 0.0)),
@@ -247,7 +247,7 @@ fn deep_nesting_does_not_exhaust_the_stack() {
 }
 
 #[test]
-fn what_is_written_is_read_however_deep() {
+fn trees_and_regions_of_any_depth_are_read_if_they_were_written() {
     let leaf = || Field::uniform(Vector::X).within(Region::ball(2.0));
     let mut tree = Tree::from(leaf());
     let mut written = 0;
@@ -298,7 +298,7 @@ fn truncated_files_are_errors() {
     }
 }
 
-/// Values that files should not hold.
+/// A random value, wrong in most places of a file.
 fn strange(random: &mut Random) -> Value {
     let numbers = [
         0.0, -0.0, -1.0, 1e-300, 1e-40, 1e-10, 0.5, 3.0, 1e7, 1e15, 1e30, 3e38, 1e300,
@@ -359,9 +359,9 @@ fn change(value: &mut Value, random: &mut Random, mut depth: usize) {
 /// Files that are almost right: reading, building and running them gives errors or scenes that run,
 /// and never panics.
 #[test]
-fn changed_files_are_errors_or_scenes() {
+fn randomly_changed_files_give_errors_or_scenes() {
     let mut whole: Value = serde_json::from_str(EVERYTHING).expect("a JSON file");
-    // A body stands where one field is singular, at which every run would end.
+    // This field is singular at a body, so every run would end with an error.
     let trees = whole["fields"]["tree"]["sum-union"].as_array_mut();
     trees.expect("a list").remove(10);
     let cases = std::env::var("HOSTILE_CASES")
@@ -389,9 +389,9 @@ fn changed_files_are_errors_or_scenes() {
     assert!(steps > built, "only {steps} steps");
 }
 
-/// 95daff4: a body at 3.4e30 was written, and the file then refused. Now writing it is.
+/// At commit 95daff4 a body at 3.4e30 was written to a file that could not be read. Now it is not written.
 #[test]
-fn what_is_written_can_be_read() {
+fn a_scene_that_cannot_be_read_back_is_not_written() {
     let file = SceneFile::from_json(&scene(BALL, PULL)).expect("a scene");
     let mut scene = file.build().expect("a scene");
     let body = scene.bodies[0];
@@ -426,7 +426,7 @@ fn what_is_written_can_be_read() {
     assert!(error.to_string().contains("gravity"), "{error}");
 }
 
-/// What a document becomes if one value of it is another.
+/// Calls `judge` on copies of a document in each of which one value is replaced by another.
 fn with_others(value: &Value, judge: &mut impl FnMut(&Value)) {
     fn places(value: &Value, path: &mut Vec<String>, all: &mut Vec<Vec<String>>) {
         all.push(path.clone());
@@ -473,10 +473,10 @@ fn with_others(value: &Value, judge: &mut impl FnMut(&Value)) {
     }
 }
 
-/// 95daff4: "expected struct BodyDoc", "expected usize", "invalid type: map". Now the words are those of JSON,
-/// whatever stands where.
+/// At commit 95daff4 messages were "expected struct BodyDoc", "expected usize", "invalid type: map". Now they use the
+/// terms of JSON, for any value at any place.
 #[test]
-fn errors_speak_of_json_not_of_rust() {
+fn errors_use_the_terms_of_json_not_of_rust() {
     let value = serde_json::from_str(EVERYTHING).expect("JSON");
     let mut wrong = 0;
     with_others(&value, &mut |changed| {

@@ -1,9 +1,9 @@
-//! What a newcomer reads when a file is wrong, and what may stand in one beyond plain JSON.
+//! Error messages of wrong files, and features of files beyond plain JSON: comments, names, definitions.
 
 use crate::files::{Document, SceneFile};
 use rapier3d_fields::prelude::*;
 
-/// The fields of a scene with two named bodies.
+/// A scene with these fields and three bodies, two of which have the same name.
 fn scene(fields: &str) -> String {
     let ball = r#""colliders": [{ "shape": { "ball": { "radius": 1 } } }]"#;
     format!(
@@ -18,7 +18,7 @@ fn error(fields: &str) -> String {
 }
 
 #[test]
-fn choices_that_are_none_are_explained() {
+fn wrong_choices_are_explained() {
     for (fields, expected) in [
         (
             r#"{ "tree": { "field": { "formula": { "spring": { "stiffness": 1 }, "drag": {} } } } }"#,
@@ -64,7 +64,7 @@ fn choices_that_are_none_are_explained() {
 }
 
 #[test]
-fn what_a_tree_is_refused_for_is_found_in_the_file() {
+fn the_fault_of_a_refused_tree_is_located_in_the_file() {
     let good = r#"{ "field": { "formula": { "drag": {} } } }"#;
     for (tree, expected) in [
         (
@@ -101,7 +101,7 @@ fn what_a_tree_is_refused_for_is_found_in_the_file() {
 }
 
 #[test]
-fn bodies_have_names_and_files_comments() {
+fn bodies_can_have_names_and_files_comments() {
     let fields = r#"{
         // A spring between /* not */ two bodies.
         "tree": { "field": {
@@ -166,14 +166,14 @@ fn definitions_are_used_by_name() {
 }
 
 #[test]
-fn numbers_too_large_are_refused() {
+fn numbers_too_large_for_the_precision_are_refused() {
     let fields =
         r#"{ "tree": { "field": { "formula": { "uniform": { "vector": [1e300, 0, 1e39] } } } } }"#;
     let read = SceneFile::from_json(&scene(fields)).and_then(|file| file.build());
     assert_eq!(read.is_err(), size_of::<Real>() == 4);
 }
 
-/// Meshes have no flags in a file: whole ones act on what they enclose, others are refused by name.
+/// Meshes have no flags in a file: a closed mesh is the region that it encloses, an open one is refused by name.
 #[test]
 fn meshes_are_regions_if_they_are_closed() {
     let points = "[[-9, -9, -9], [9, -9, -9], [0, 9, -9], [0, 0, 9]]";

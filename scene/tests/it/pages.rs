@@ -1,20 +1,20 @@
-//! Pages that the program writes.
+//! Tests of the pages that the program `simulate` writes.
 
 use serde_json::Value;
 
 use super::{folder, said, scene, simulate};
 
-/// What a page holds for its script.
+/// The data of a page for its script.
 fn data(page: &str) -> Value {
     let data = page.split_once(r#"id="data">"#).expect("data").1;
     let data = data.split_once("</script>").expect("an end").0;
     serde_json::from_str(data).expect("JSON")
 }
 
-/// Writes the page of a scene file, and reads it.
+/// Writes the page of a scene file, and reads its data.
 fn page(file: &str, name: &str, words: &[&str]) -> Value {
     let path = folder("pages").join(name);
-    // What is there is of this run.
+    // A page of an earlier run must not be read.
     let _ = std::fs::remove_file(&path);
     let path = path.display().to_string();
     let words = [&[file, "--html", &path], words].concat();
@@ -78,7 +78,7 @@ fn pages_hold_bodies_frames_and_arrows_in_both_precisions() {
 }
 
 #[test]
-fn frames_are_as_often_as_asked_for() {
+fn the_option_every_sets_the_period_of_frames() {
     let words = ["--steps", "100", "--every", "10"];
     let page = page(&scene("planet"), "every.html", &words);
     assert_eq!(count(&page["replay"]["frames"]), 11);
@@ -118,7 +118,7 @@ fn a_page_that_cannot_be_written_is_an_error() {
 }
 
 #[test]
-fn a_run_that_fails_has_a_page_of_what_came_before() {
+fn a_run_that_fails_has_a_page_of_the_steps_before() {
     let text = r#"{ "version": 1, "gravity": [0, 0, 0], "bodies": [{ "at": [1, 0, 0], "velocity": [1, 0, 0],
         "colliders": [{ "shape": { "ball": { "radius": 0.5 } } }] }],
         "fields": { "on-fault": "refuse", "tree":

@@ -1,4 +1,4 @@
-//! What recorders note, without a program around them.
+//! Tests of recorders, without the program `simulate`.
 
 use super::files::{Pace, Recorder};
 use super::lab::fields::Fields;
@@ -55,7 +55,7 @@ fn last_places(replay: &Replay) -> Vec<[i64; 7]> {
     places
 }
 
-/// One of each shape of Rapier's.
+/// One of each of Rapier's shapes.
 fn every_shape() -> Vec<SharedShape> {
     let corners = [Vector::ZERO, Vector::X, Vector::Y, Vector::Z];
     let faces = vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]];
@@ -88,7 +88,7 @@ fn every_shape() -> Vec<SharedShape> {
 }
 
 #[test]
-fn each_shape_is_drawn_and_once() {
+fn each_shape_is_drawn_and_stored_once() {
     for (number, shape) in every_shape().into_iter().enumerate() {
         let kind = shape.shape_type();
         let parts = if kind == ShapeType::Compound { 2 } else { 1 };
@@ -99,7 +99,7 @@ fn each_shape_is_drawn_and_once() {
         let replay = record(&mut world, nothing(), steps(2));
         assert_eq!(replay.bodies.len(), 2, "{kind:?}");
         assert_eq!(replay.bodies[0].parts.len(), parts, "{kind:?}");
-        // Each half-space is shown from where it is nearest to the middle.
+        // The patch of each half-space is around its point nearest to the middle of the view.
         if kind != ShapeType::HalfSpace {
             assert_eq!(replay.shapes.len(), parts, "{kind:?}");
         }
@@ -143,7 +143,7 @@ fn a_cuboid_has_its_twelve_edges() {
 }
 
 #[test]
-fn bodies_end_where_the_world_has_them() {
+fn the_last_frame_has_the_poses_of_the_world() {
     let mut world = empty();
     let body = put(
         &mut world,
@@ -165,7 +165,7 @@ fn bodies_end_where_the_world_has_them() {
 }
 
 #[test]
-fn frames_are_few_unless_asked_for() {
+fn frames_are_limited_unless_their_period_is_given() {
     let frames = |pace: Pace| {
         let mut world = empty();
         put(&mut world, SharedShape::ball(0.5), Vector::X);
@@ -180,7 +180,7 @@ fn frames_are_few_unless_asked_for() {
 }
 
 #[test]
-fn what_goes_astray_does_not_make_the_rest_small() {
+fn an_outlier_does_not_widen_the_view() {
     let mut world = empty();
     for x in 0..9 {
         put(
@@ -235,7 +235,7 @@ fn walls_of_a_closed_box_end_where_they_meet() {
 }
 
 #[test]
-fn arrows_are_where_fields_are_and_when() {
+fn arrows_are_drawn_where_and_when_fields_act() {
     let recorded = |tree: Tree| {
         let mut world = empty();
         for x in [-3.0, 3.0] {
@@ -263,7 +263,7 @@ fn arrows_are_where_fields_are_and_when() {
 }
 
 #[test]
-fn those_asleep_are_told() {
+fn sleeping_bodies_are_recorded() {
     let mut world = empty();
     let body = put(&mut world, SharedShape::ball(0.5), Vector::ZERO);
     world.bodies[body].sleep();
@@ -273,7 +273,7 @@ fn those_asleep_are_told() {
 }
 
 #[test]
-fn what_only_the_fields_find_is_marked() {
+fn contacts_that_only_the_fields_find_are_marked() {
     let recorded = |unseen: bool| {
         let mut world = empty();
         let balls = [0.0, 0.9].map(|x| {
@@ -310,7 +310,7 @@ fn what_only_the_fields_find_is_marked() {
 }
 
 #[test]
-fn a_thousand_bodies_are_a_few_megabytes() {
+fn a_page_of_a_thousand_bodies_takes_a_few_megabytes() {
     let mut world = empty();
     let mut bodies = Vec::new();
     for number in 0..1000 {

@@ -1,5 +1,5 @@
-//! What is written comes back: every formula, region, scalar and operator, to the last bit of the
-//! forces; and what cannot be read, or written, is refused by name and place.
+//! Scenes that are written and read again give the same forces, to the last bit, for every formula, region,
+//! scalar and operator; content that cannot be read or written is refused by name and place.
 
 use crate::files::{Document, FileError, SceneFile};
 use crate::trees::{FormulaPlan, Numbers, RegionPlan, ScalarPlan, TermPlan};
@@ -7,7 +7,7 @@ use crate::worlds::{World, bodies};
 use proptest::prelude::*;
 use rapier3d_fields::prelude::*;
 
-/// Whether a term holds what files cannot: closures and predicates.
+/// Whether a term holds closures or predicates, which files cannot hold.
 fn is_code(term: &TermPlan) -> bool {
     fn predicate(region: &RegionPlan) -> bool {
         match region {
@@ -29,7 +29,7 @@ fn is_code(term: &TermPlan) -> bool {
     term.any_leaf(&leaf) || term.any_scale(&scale)
 }
 
-/// The wrenches on all bodies, bit for bit.
+/// The bits of the wrenches on all bodies.
 fn wrenches(fields: &mut Fields, world: &PhysicsWorld) -> Vec<Option<[u64; 6]>> {
     let handles: Vec<_> = world.bodies.iter().map(|(handle, _)| handle).collect();
     let wrench = |body| {
@@ -91,13 +91,13 @@ proptest! {
     }
 }
 
-/// A file by hand with one of every formula, region, scalar, operator, law and setting. Written
-/// anew it is the same, to the letter: no setting is lost on the way, and none added.
+/// A hand-written file with one of every formula, region, scalar, operator, law and setting. Read and written
+/// again, it is the same to the letter, so no setting is lost or added.
 const EVERYTHING: &str = include_str!("../data/everything.json");
 
-/// The same file as the first program that wrote such files did.
+/// The content of [`EVERYTHING`] as the first version of the program wrote it.
 #[test]
-fn what_earlier_versions_wrote_is_read() {
+fn a_file_of_an_earlier_version_is_read() {
     let file = SceneFile::from_json(include_str!("../data/version_1.json"));
     let scene = file.expect("a file of version 1").build();
     let scene = scene.expect("a possible scene");
@@ -106,9 +106,9 @@ fn what_earlier_versions_wrote_is_read() {
     assert_eq!(again.to_json().expect("a scene without code"), EVERYTHING);
 }
 
-/// A setting that the first files had not: the default is not written.
+/// A setting that the first version did not have; its default is not written.
 #[test]
-fn what_is_done_about_faults_comes_back() {
+fn the_policy_for_faults_comes_back() {
     let policies = [
         (FaultPolicy::LeaveOut, Some("\"on-fault\": \"leave-out\"")),
         (FaultPolicy::Quarantine, None),

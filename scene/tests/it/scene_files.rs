@@ -1,5 +1,5 @@
-//! Every scene of the project is a file in `examples/scenes/`, as this crate would write it, and
-//! runs as the one built in code, bit for bit.
+//! Every scene of the project has a file in `examples/scenes/`, as this crate writes it, which runs
+//! like the scene built in code, bit for bit.
 //!
 //! The files are those of `f32`. `WRITE_SCENES=1 cargo test -p rapier3d-fields-scene the_files_are` writes them anew.
 
@@ -192,7 +192,7 @@ fn all() -> Vec<Built> {
 }
 
 #[test]
-fn the_files_are_what_the_scenes_are() {
+fn the_files_are_up_to_date() {
     if size_of::<Real>() != 4 {
         return;
     }
@@ -243,7 +243,7 @@ fn files_run_as_the_scenes_in_code_do_bit_for_bit() {
 
 /// The example of the documentation is a scene, and its moon stays in orbit.
 #[test]
-fn the_example_of_the_page_runs() {
+fn the_example_of_the_documentation_runs() {
     let page = include_str!("../../../docs/scenes.md");
     let (_, rest) = page.split_once("```json\n").expect("an example");
     let (text, _) = rest.split_once("```").expect("its end");

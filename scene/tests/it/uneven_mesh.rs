@@ -1,14 +1,14 @@
-//! A scene in which contact fields once held nothing.
+//! A scene in which contact fields once let a ball fall through a mesh.
 
 use rapier3d_fields::math::to_f64;
 
 use crate::files::{Document, SceneFile};
 
-/// Written by the project itself, when the ball fell through: 310 m deep after eight seconds. The mesh goes from
-/// −0.15 to 0.15, and Rapier alone holds the ball with its middle at 0.54.
+/// A scene in which the ball fell through, to 310 m below after eight seconds. The heights of the mesh are from
+/// −0.15 to 0.15, and Rapier alone holds the centre of the ball at 0.54.
 const SCENE: &str = include_str!("../../../tests/data/uneven_mesh.json");
 
-/// The ball rests where Rapier alone puts it, nothing is below the mesh, and there is nothing to warn of.
+/// The ball rests where it does with Rapier alone, no body is below the mesh, and no step warns.
 #[test]
 fn the_ball_on_the_uneven_mesh_rests_where_rapier_puts_it() {
     let middle = |by_fields: bool, detection: &str| {
