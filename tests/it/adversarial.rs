@@ -1,4 +1,4 @@
-//! Bad input: a typed error that names the culprit, no panic, and the world as it was.
+//! Invalid input gives a typed error that names the field, no panic, and leaves the world unchanged.
 
 use rapier3d_fields::math::Pose;
 use rapier3d_fields::prelude::*;
@@ -17,14 +17,14 @@ fn nobody() -> ColliderHandle {
 /// Values no length, stiffness or component may have.
 const NOT_FINITE: [Real; 3] = [NAN, INFINITY, -INFINITY];
 
-/// The tree is refused everywhere, and the message tells field, quantity and value.
+/// Asserts that `Fields` and `Reference` refuse the tree with the same error, and returns it.
 fn refused(tree: impl Into<Tree>, what: &str) -> BuildError {
     let tree: Tree = tree.into();
     let error = Fields::new(tree.clone())
         .err()
         .unwrap_or_else(|| panic!("{what}: accepted"));
     let of_reference = Reference::new(&tree).err();
-    // The reference lets any user axis pass, and takes empty trees no more than `Fields` does.
+    // `Reference` accepts user axes that are not declared.
     if !matches!(error, BuildError::UnknownAxis { .. }) {
         assert_eq!(
             of_reference.map(|e| e.to_string()),
@@ -35,7 +35,7 @@ fn refused(tree: impl Into<Tree>, what: &str) -> BuildError {
     error
 }
 
-/// A parameter out of range; the field is named `culprit`, beside an innocent one.
+/// Asserts that `culprit` is refused for a parameter and named in the error, beside a valid field.
 fn refuses_parameter(culprit: Field, what: &str) {
     let tree = Field::uniform(Vector::X)
         .named("innocent")
@@ -67,7 +67,7 @@ fn lengths_must_be_positive_and_finite() {
                 Region::half_space(Vector::X * (bad * 2.0), 0.0),
             ),
         ] {
-            // Also where it stands deep inside a composite region.
+            // The same within a composite region.
             let composite = Region::ball(1.0).union(region.clone().complement());
             refuses_parameter(within(region), &format!("{what} of {bad}"));
             refuses_parameter(within(composite), &format!("composite {what} of {bad}"));
@@ -207,7 +207,7 @@ fn axes_must_be_declared_once() {
                 axis: "time".into()
             })
         );
-        // A new tree is checked against the same axes, and refused without a trace.
+        // A new tree is checked against the same axes; if it is refused, the old tree stays.
         let mut fields = Fields::new(Field::uniform(Vector::X)).expect("valid");
         assert!(matches!(
             fields.set_tree(tree.clone()),
@@ -225,7 +225,7 @@ fn axes_must_be_declared_once() {
 }
 
 #[test]
-fn detection_fields_stand_where_they_can_answer() {
+fn detection_fields_need_a_collider_and_an_operator_that_keeps_vectors() {
     let contact = || Field::contact(ContactLaw::Observe).named("culprit");
     let here = || contact().at(nobody());
     let other = || Field::uniform(Vector::X);
@@ -294,7 +294,7 @@ fn an_empty_tree_is_refused() {
     assert_eq!(refused(instances, "no instances"), BuildError::Empty);
 }
 
-/// Neither build nor clone, print, use or drop may recurse as deep as the tree.
+/// Building, cloning, printing and dropping a tree must not recurse to its depth.
 #[test]
 fn depth_cannot_exhaust_the_stack() {
     const DEEP: usize = 100_000;
@@ -313,7 +313,7 @@ fn depth_cannot_exhaust_the_stack() {
     let right = (1..DEEP).fold(start(), |tree, i| {
         Tree::fold(operator(i), [leaf().into(), tree])
     });
-    // A sum of union outside of everything is none of the levels of a set.
+    // The outermost sum of union separates terms and is no level, so a difference goes around it.
     let under = |tree: Tree| tree.difference(leaf());
     let [left, right] = [left, right].map(under);
     let instances = (1..DEEP).fold(start(), |tree, _| Tree::instances(tree, [Anchor::WORLD]));
@@ -331,7 +331,7 @@ fn depth_cannot_exhaust_the_stack() {
     assert!(fields.set_tree(deep).is_err());
 }
 
-/// The deepest trees that are accepted work, in a thread of the standard stack.
+/// On the default stack of a thread.
 #[test]
 fn the_deepest_accepted_trees_work() {
     let leaf = |v: Vector| Field::uniform(v).within(Region::ball(1.0));
@@ -371,7 +371,7 @@ fn a_deep_region_works() {
         let copy = region.clone().at(Vector::ZERO);
         let mut world = PhysicsWorld::new();
         let (body, _) = world.insert(RigidBodyBuilder::dynamic(), ColliderBuilder::ball(0.5));
-        // Inside, and on the surface, where the neighbourhood is looked at.
+        // Inside, and on the surface, where the neighbourhood decides.
         for x in [0.0, 1.0] {
             world.bodies[body].set_translation(Vector::X * x, true);
             let field = Field::uniform(Vector::Y).within(copy.clone());
@@ -382,7 +382,7 @@ fn a_deep_region_works() {
     }
 }
 
-/// Whatever Parry lets one make, a region of it may be empty, but must not panic.
+/// A region of any shape that Parry can construct may be empty, but must not panic.
 #[test]
 fn hostile_shapes_do_not_panic() {
     let mut world = PhysicsWorld::new();
@@ -407,7 +407,7 @@ fn hostile_shapes_do_not_panic() {
                 } else {
                     field
                 };
-                // An error or an answer, as long as it is finite.
+                // Either the build fails or the wrench is finite.
                 let Ok(fields) = Fields::new(field) else {
                     continue;
                 };
@@ -420,8 +420,8 @@ fn hostile_shapes_do_not_panic() {
     assert_eq!(bits(&world), before);
 }
 
-/// The table of laws by collider is as long as the largest index; an invalid handle has the
-/// largest there is, and 64 GB are asked for: the process aborts.
+/// Regression: the table of laws by collider was as long as the largest index. An invalid handle has the largest
+/// possible one, so 64 GB were requested and the process aborted.
 #[test]
 fn a_detection_field_on_an_invalid_handle_can_be_built() {
     let contact = Field::contact(ContactLaw::Observe).at(ColliderHandle::invalid());

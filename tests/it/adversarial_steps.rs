@@ -1,4 +1,4 @@
-//! Steps that cannot be made: a typed error that names the culprit, and the world as it was.
+//! Steps that cannot be made give a typed error that names the field, and leave the world unchanged.
 
 use proptest::prelude::*;
 use rapier3d_fields::math::{ColliderHandle, Pose, RigidBodyHandle};
@@ -43,14 +43,14 @@ fn fields(tree: impl Into<Tree>, scheme: Scheme) -> Fields {
         .expect("a valid tree")
 }
 
-/// A field of which one value is bad: named, beside an innocent one.
+/// The field as `culprit`, beside a valid one.
 fn with_innocent(culprit: Field) -> Tree {
     Field::uniform(Vector::Y)
         .named("innocent")
         .sum_union(culprit.named("culprit"))
 }
 
-/// The step fails, twice the same way, and nothing has changed.
+/// Asserts that a step fails twice with the same error and leaves the world unchanged.
 fn refuses_step(tree: impl Into<Tree>, scheme: Scheme) -> StepError {
     let (mut world, ..) = world();
     let before = bits(&world);
@@ -95,10 +95,9 @@ fn time_steps_must_be_finite_and_not_negative() {
     }
 }
 
-/// A step that is dropped is taken back, and the next one says so; a step of other fields is
-/// refused.
+/// If a step was dropped, the next `begin` takes its forces back and fails; `finish` refuses a step of other fields.
 #[test]
-fn steps_are_finished_by_those_who_began_them() {
+fn only_the_fields_that_began_a_step_finish_it() {
     for scheme in [Scheme::default(), Scheme::ExternalForce] {
         let (mut world, ..) = world();
         let mut one = fields(Field::uniform(Vector::X), scheme);
@@ -124,9 +123,9 @@ fn steps_are_finished_by_those_who_began_them() {
     }
 }
 
-/// Handles that never existed: an error at the first step, wherever in the tree the field is.
+/// At the first step, wherever in the tree the field is.
 #[test]
-fn anchors_that_were_never_there_are_named() {
+fn errors_name_anchors_that_never_existed() {
     let (body, collider) = (
         RigidBodyHandle::from_raw_parts(77, 0),
         ColliderHandle::from_raw_parts(78, 0),
@@ -168,9 +167,9 @@ fn anchors_that_were_never_there_are_named() {
     );
 }
 
-/// Instances of which no field is left were named by the first of their fields, which is not there.
+/// Regression: instances were labelled by their first field, also after all of their fields had been removed.
 #[test]
-fn instances_without_a_field_stop_no_step() {
+fn instances_without_a_field_do_not_fail_a_step() {
     let nobody = RigidBodyHandle::from_raw_parts(77, 0);
     let field = |name| Field::spring(1.0).within(Region::ball(1.0)).named(name);
     for prototype in [Tree::from(field("a")), field("a").replace_union(field("b"))] {
@@ -186,11 +185,10 @@ fn instances_without_a_field_stop_no_step() {
     }
 }
 
-/// Three fields that each give a ball its own speed once more: more than a number holds, which was given to
-/// Rapier as infinite.
+/// Three fields each add a ball's speed to its velocity, whose square overflows. Regression: Rapier got infinity.
 #[test]
-fn answers_beyond_all_numbers_are_left_out_and_told() {
-    // The fastest that can be squared, nearly.
+fn impulses_that_would_overflow_are_left_out_with_a_warning() {
+    // Just below the largest speed that can be squared.
     let speed = 0.75 * Real::MAX.sqrt();
     for detection in [Detection::Discrete, Detection::Swept] {
         let mut world = weightless(1e-11 / speed);
@@ -212,9 +210,8 @@ fn answers_beyond_all_numbers_are_left_out_and_told() {
     }
 }
 
-/// What is removed later takes its fields along, without an error.
 #[test]
-fn fields_leave_with_their_bodies() {
+fn removing_a_body_removes_its_fields() {
     for scheme in SCHEMES {
         let (mut world, bodies, colliders) = world();
         world.wake_up_all(true);
@@ -243,7 +240,7 @@ fn fields_leave_with_their_bodies() {
             "{scheme:?}"
         );
         assert_eq!(fields.wrench(bodies[1]), None, "{scheme:?}");
-        // A new body in the old one's place is not mistaken for it.
+        // A new body in the slot of the old one does not get its fields.
         let (new, _) = world.insert(RigidBodyBuilder::dynamic(), ColliderBuilder::ball(0.1));
         assert_eq!(
             new.into_raw_parts().0,
@@ -260,7 +257,7 @@ fn fields_leave_with_their_bodies() {
 }
 
 #[test]
-fn properties_of_probes_are_checked() {
+fn properties_of_colliders_are_checked() {
     let (mut world, _, colliders) = world();
     let fields = Fields::builder(Field::uniform(Vector::X))
         .axis("warmth", 1.0)
@@ -314,7 +311,7 @@ fn properties_of_probes_are_checked() {
 }
 
 #[test]
-fn values_that_are_not_finite_are_blamed_on_their_field() {
+fn errors_name_the_field_of_a_value_that_is_not_finite() {
     let bad_beyond_one = |bad: Real| {
         Field::closure([], move |s: &Sample| {
             Vector::Y * if s.local_point.x > 1.0 { bad } else { 1.0 }
@@ -344,7 +341,7 @@ fn values_that_are_not_finite_are_blamed_on_their_field() {
                 assert_eq!(world_point, Vector::X * 3.0);
             }
         }
-        // A charge in the very centre of a body.
+        // A point charge exactly at the centre of a body.
         let coincident = Field::coulomb(1.0, 1.0)
             .coupled_to(Coupling::Each)
             .at(Vector::X * 3.0);
@@ -358,7 +355,7 @@ fn values_that_are_not_finite_are_blamed_on_their_field() {
     }
 }
 
-/// The fields see the failure only after Rapier has moved the bodies.
+/// The field is evaluated at a time after zero only once Rapier has moved the bodies.
 #[test]
 fn a_step_that_fails_at_its_end_is_undone() {
     let late = Field::closure([Axis::Time], |s: &Sample| {
@@ -369,7 +366,7 @@ fn a_step_that_fails_at_its_end_is_undone() {
 }
 
 #[test]
-fn what_cannot_be_simulated_is_too_fast() {
+fn speeds_beyond_the_limit_are_refused() {
     let (_, bodies, _) = world();
     let huge = Real::MAX / 4.0;
     for scheme in [Scheme::Kick, Scheme::KickDriftKick] {
@@ -389,9 +386,9 @@ fn what_cannot_be_simulated_is_too_fast() {
     }
 }
 
-/// Directions that a formula leaves open where it is not singular: no force at the centre.
+/// Laws that are not singular at their centre but have no direction there.
 #[test]
-fn regular_laws_are_regular_at_their_centre() {
+fn regular_laws_give_no_force_at_their_centre() {
     let law = |power: Real| Field::radial(2.0, power).coupled_to(Coupling::Each);
     for (what, field) in [
         ("constant", law(0.0)),
@@ -502,7 +499,7 @@ fn hostile_field() -> impl Strategy<Value = Field> {
         })
 }
 
-/// Others in each run, in sum as many as ever; `HOSTILE_CASES=10000` tries more at once.
+/// Number of random cases, which differ between runs; `HOSTILE_CASES=10000` tries more.
 fn hostile_cases() -> u32 {
     let cases = std::env::var("HOSTILE_CASES").ok();
     cases.and_then(|it| it.parse().ok()).unwrap_or(1000)
@@ -551,7 +548,7 @@ proptest! {
     }
 }
 
-/// How the others move beside a body that is not finite.
+/// The positions of two balls some steps after a third one has become not finite.
 fn beside(spoil: impl Fn(&mut RigidBody), scheme: Scheme, detection: Detection) -> Vec<Vector> {
     let mut world = weightless(1.0 / 60.0);
     world.gravity = Vector::Y * -9.81;
@@ -594,7 +591,7 @@ fn beside(spoil: impl Fn(&mut RigidBody), scheme: Scheme, detection: Detection) 
 }
 
 #[test]
-fn one_bad_body_does_not_stop_a_world() {
+fn a_body_that_is_not_finite_does_not_stop_a_world() {
     for detection in [Detection::Discrete, Detection::Swept] {
         let schemes = SCHEMES.into_iter();
         for scheme in schemes {

@@ -1,4 +1,4 @@
-//! The algebra of §3.1, law by law, over the reference: integers, so the tolerance is zero.
+//! The algebra of the paper's §3.1, law by law, for `Reference`. All numbers are integers, so the tolerance is zero.
 
 use proptest::prelude::*;
 use rapier3d_fields::math::DVec3;
@@ -13,7 +13,7 @@ use crate::support::model::{
 proptest! {
     #![proptest_config(cases(250))]
 
-    /// Any composite equals its independent derivation, inside, outside and on boundaries.
+    /// Any composite equals its independent derivation by the paper's figure 1: inside, outside and on boundaries.
     #[test]
     fn composites_equal_figure_1(model in composite(), points in points()) {
         let tree = model.tree();
@@ -22,9 +22,9 @@ proptest! {
         }
     }
 
-    /// Each operator by itself, where the outcome is easiest to read off.
+    /// Each operator alone, so that a failure is easy to read.
     #[test]
-    fn each_operator_equals_its_line_of_the_table(
+    fn each_operator_equals_its_line_of_figure_1(
         operator in operator(), u in leaf(), v in leaf(), points in points(),
     ) {
         let tree = Tree::fold(operator, [u.tree(), v.tree()]);
@@ -35,7 +35,7 @@ proptest! {
         }
     }
 
-    /// A region is the set it says, in every way of combining primitives.
+    /// A region is the set of its definition, for all combinations of primitives.
     #[test]
     fn regions_equal_their_sets(set in model::set(), points in points()) {
         let field = Field::uniform(Vector::X).within(set.region()).into();
@@ -54,7 +54,7 @@ proptest! {
         }
     }
 
-    /// And an operator of many operands is the nested one.
+    /// An operator of many operands also equals its nested form.
     #[test]
     fn sums_and_replacements_associate(
         u in composite(), v in composite(), w in composite(), points in points(),
@@ -73,7 +73,7 @@ proptest! {
     /// "Whether the set operation be union, intersection, or difference" (§3.1.2): cutting one
     /// set after the other is cutting both, in either order, however the cutters are combined.
     #[test]
-    fn differences_gather_what_they_cut(
+    fn successive_differences_cut_the_union(
         u in composite(), v in composite(), w in composite(), points in points(),
     ) {
         let (u, v, w) = (u.tree(), v.tree(), w.tree());
@@ -129,7 +129,7 @@ proptest! {
         }
     }
 
-    /// Instances are the sum of union of copies, wherever the prototype's fields stand.
+    /// Instances equal the sum of union of moved copies of the prototype.
     #[test]
     fn instances_are_sums_of_moved_copies(
         set_u in model::set(), set_v in model::set(), operator in operator(),
@@ -213,7 +213,7 @@ fn a_sample_without_a_coordinate_is_outside() {
     assert_eq!(reference.force(&frames, &query), None);
 }
 
-/// Replacement and cross product see an own field as absent, not as zero.
+/// Where a field is carried by the sampled body, operators treat it as absent, not as zero.
 #[test]
 fn own_fields_never_act_on_their_body() {
     let mut world = PhysicsWorld::new();
@@ -265,8 +265,8 @@ fn holds(region: &Region, at: Point) -> bool {
     .is_some()
 }
 
-/// Boxes that share a face, an edge or a corner: the middle of it is in both, in their union, and
-/// in what either leaves of the other, but not in their intersection.
+/// Boxes share a face, an edge or a corner: its middle is in both, in their union and in their difference, but not in
+/// their intersection.
 #[test]
 fn boxes_that_only_touch_intersect_in_nothing() {
     let shared = [
@@ -316,9 +316,9 @@ fn a_difference_keeps_its_cut_boundary() {
     assert!(!holds(&nested, [4, -1, 0, 0, 0]), "cut only");
 }
 
-/// Faces in one plane from the same side, and from both: what is left of either beside them.
+/// Boxes with a face in the same plane, on the same side of it and on opposite sides.
 #[test]
-fn boxes_with_coplanar_faces() {
+fn boxes_with_coplanar_faces_meet_only_on_the_same_side() {
     let wide = Region::cuboid(Vector::new(1.0, 2.0, 2.0));
     let (low, beside) = (unit_box(0.0, 0.0, 0.0), unit_box(2.0, 0.0, 0.0));
     let (middle, aside) = ([2, 0, 0, 0, 0], [2, 3, 0, 0, 0]);
@@ -333,9 +333,9 @@ fn boxes_with_coplanar_faces() {
     assert!(holds(&both, middle) && !holds(&both.complement(), middle));
 }
 
-/// A front that passes the corner of a box touches it at one moment only.
+/// Until a front passes a face of a box, the region behind it only touches the box.
 #[test]
-fn a_moving_front_meets_a_box() {
+fn a_moving_front_and_a_box_share_no_point_before_they_meet() {
     let behind = Region::half_space_over([(Axis::X, 1.0), (Axis::Time, -1.0)], 0.0);
     let region = behind.clone().intersection(unit_box(0.0, 0.0, 0.0));
     let at = |x: i32, time: i32| [x, 0, 0, time, 0];
@@ -414,7 +414,7 @@ fn boundaries_meet_across_anchors_and_instances() {
     assert_eq!(force(&u.clone().difference(u), &[2, 0, 0, 0, 0]), None);
 }
 
-/// All primitives, also the curved ones, at integers, where many of their boundaries are.
+/// Primitives of all kinds with integers for sizes and places, so that samples hit many boundaries.
 fn solid() -> impl Strategy<Value = Region> {
     let size = || (1..=3).prop_map(|i| i as Real);
     let primitive = prop_oneof![

@@ -2,8 +2,8 @@
 //! `Reference::force`, by place and by velocity, wherever the tree is smooth.
 //!
 //! A difference at step h is off by h² times the third derivative; one at h/2 by a quarter of it,
-//! so what the two differ by bounds it. Where they differ by much, a border, a corner or a tie
-//! lies between: such samples are passed over, and counted.
+//! so their difference bounds the error. Where they differ by much, a border, a corner or a tie lies
+//! between: such samples are skipped and counted.
 
 use std::cell::Cell;
 
@@ -26,10 +26,10 @@ const STEP: f64 = 1e-5;
 /// their size and that of their third derivatives.
 const NUMERICAL: f64 = 1e-8;
 
-/// What is exact is as good as the rounding of a hundred operations.
+/// The relative error of exact derivatives: the rounding of a hundred operations.
 const EXACT: f64 = 1e-14;
 
-/// The force at a sample moved along one of place (0–2) and velocity (3–5).
+/// The force at a sample moved along a component `k` of place (0–2) or velocity (3–5).
 fn moved(tree: &Tree, world: &World, query: &Query, k: usize, by: f64) -> Option<DVec3> {
     let mut query = query.clone();
     if k < 3 {
@@ -46,7 +46,7 @@ fn slope(tree: &Tree, world: &World, query: &Query, k: usize, step: f64) -> Opti
     Some((moved(step)? - moved(-step)?) / (2.0 * step))
 }
 
-/// What the differences say, and how far they can be off; `None` where the tree is not smooth.
+/// The derivative by differences and a bound of its error; `None` where the tree is not smooth.
 fn expected(
     tree: &Tree,
     world: &World,
@@ -54,7 +54,7 @@ fn expected(
     k: usize,
     size: f64,
 ) -> Option<(DVec3, f64)> {
-    // Of two vectors of one length rounding chooses, here one and on both sides the other.
+    // Between vectors of equal length rounding chooses, here perhaps one and on both sides the other.
     let [before, here, after] = [-STEP, 0.0, STEP].map(|step| moved(tree, world, query, k, step));
     let bend = (before? + after?) * 0.5 - here?;
     if bend.length() > 1e-3 * STEP * size {
@@ -97,7 +97,7 @@ fn compare(
     let error = (linearised.force - force).length();
     let longer = (linearised.force.length() - force.length()).abs();
     if error > EXACT * size && longer <= EXACT * size && plan.chooses_by_length() {
-        // Of two vectors of one length rounding chooses.
+        // Between vectors of equal length rounding chooses.
         return Ok(0);
     }
     prop_assert!(
@@ -122,13 +122,13 @@ fn compare(
     Ok(compared)
 }
 
-/// Scales by closures are taken as locally constant.
+/// Whether a scale is a closure: the linearisation takes these as locally constant.
 fn has_flat_scale(term: &TermPlan) -> bool {
     term.any_scale(&|scale| matches!(scale, ScalarPlan::Closure))
 }
 
-/// Whether nothing in it is differentiated numerically, or computed in the precision of [`Real`]:
-/// functions of the user's, and what Parry says of shapes.
+/// Whether nothing in it is differentiated numerically or computed in the precision of [`Real`], as user functions and
+/// Parry's shapes are.
 fn is_exact(term: &TermPlan) -> bool {
     use FormulaPlan::{Around, Closure};
     let by_parry = |scale: &ScalarPlan| match scale {
@@ -139,8 +139,7 @@ fn is_exact(term: &TermPlan) -> bool {
     !term.any_leaf(&numerical) && !term.any_scale(&by_parry)
 }
 
-/// A sample anywhere, of no body, so that the fields of all bodies act: place and velocity in
-/// 64ths, and an amount that no border or axis stands at.
+/// Place and velocity in 64ths, and charge, of a sample of no body, so that the fields of all bodies act.
 type SamplePlan = ([i32; 3], [i32; 3], i32);
 
 fn sample() -> impl Strategy<Value = SamplePlan> {
@@ -149,6 +148,7 @@ fn sample() -> impl Strategy<Value = SamplePlan> {
 }
 
 fn query((place, velocity, charge): &SamplePlan) -> Query {
+    // Off all borders and axes.
     let aside = DVec3::new(0.0031, 0.0053, 0.0071);
     let sixty_fourths = |plan: &[i32; 3]| DVec3::from_array(plan.map(|x| f64::from(x) / 64.0));
     Query {
@@ -168,7 +168,7 @@ fn query((place, velocity, charge): &SamplePlan) -> Query {
 /// All formulas, regions, operators, scales, limits, layers and anchors, on bodies that move and
 /// turn.
 #[test]
-fn composites_follow_their_differences() {
+fn derivatives_of_composites_equal_their_differences() {
     let config = ProptestConfig {
         cases: 3000,
         failure_persistence: None,

@@ -1,8 +1,8 @@
-//! What differs between the colliders of a body acts on each of them by itself, however the body is
-//! sampled: collision groups, charges, masses, radii, axes of the user's, functions.
+//! A field acts on each collider of a body by the properties of that collider, however the body is sampled: collision
+//! groups, charge, mass, radius, user axes, functions.
 //!
-//! The oracle is the literal reference on the same field without what tells colliders apart, asked
-//! at the samples of those colliders that are to feel it.
+//! The expected wrench is that of `Reference` for the field without the filter, at the samples of the colliders that
+//! the filter admits.
 
 use rapier3d_fields::Wrench;
 use rapier3d_fields::math::{DVec3, to_dvec3};
@@ -12,7 +12,7 @@ use rapier3d_fields::reference::Reference;
 
 use crate::support::{assert_at_most, either, weightless};
 
-/// What lets a field act on one of two colliders only.
+/// A condition by which a field acts on one of two colliders only.
 type Filter = (&'static str, fn(Field) -> Field);
 
 pub(crate) const IRON: Group = Group::GROUP_1;
@@ -26,7 +26,7 @@ pub(crate) fn only_iron(field: Field) -> Field {
     field.groups(InteractionGroups::new(Group::ALL, IRON, Default::default()))
 }
 
-/// Each holds of the first collider of [`dumbbell`], and not of the second.
+/// Each admits the first collider of [`dumbbell`] and not the second.
 const FILTERS: [Filter; 10] = [
     ("groups", only_iron),
     ("charge", |field| {
@@ -60,7 +60,7 @@ const FILTERS: [Filter; 10] = [
     }),
 ];
 
-/// Within its own region and another one.
+/// The field within both its own region and another one.
 pub(crate) fn within(field: Field, region: Region) -> Field {
     let both = field.region.clone().intersection(region);
     field.within(both)
@@ -140,7 +140,7 @@ pub(crate) const SAMPLINGS: [Sampling; 5] = [
     Sampling::Surface,
 ];
 
-/// What samples of the list a law of that sampling takes.
+/// The kind of samples that a law takes if `asked` is its sampling.
 pub(crate) fn kind(law: &str, asked: Sampling) -> Sampling {
     match asked {
         Sampling::Auto if matches!(law, "wind zone" | "drag") => Sampling::Surface,
@@ -149,7 +149,7 @@ pub(crate) fn kind(law: &str, asked: Sampling) -> Sampling {
     }
 }
 
-/// The force and torque that a tree gives the samples of some colliders by the reference.
+/// The force and torque of a tree on the given samples, by `Reference`.
 pub(crate) fn literal<'a>(
     tree: &Tree,
     world: &PhysicsWorld,
@@ -186,15 +186,15 @@ pub(crate) fn agree(found: Wrench, expected: [DVec3; 2], place: &str) {
     );
 }
 
-/// Sampled at its centre a body felt fields whose groups exclude it, in full; a region over a user's
-/// axis read the world's value there, and one over charge the sum of the charges. Each collider is to
-/// be asked by itself, by every sampling, of the field or of the body, and every way of asking.
+/// Regression: on a body sampled at its centre, fields whose groups exclude it acted in full; a region over a user axis
+/// read the world's value there, and one over charge the sum of the charges. Each collider must count by itself, under
+/// every sampling of the field or of the body, in `sample` and in `explain`.
 #[test]
-fn fields_act_on_the_colliders_they_are_for() {
+fn fields_act_only_on_the_colliders_they_admit() {
     let (world, body, parts) = dumbbell();
     for (law, field) in laws() {
         for asked in SAMPLINGS {
-            // The same with the sampling set of the body.
+            // Whether the sampling is set for the body and not for the field.
             for of_body in [false, true] {
                 if of_body && (asked == Sampling::Auto || law == "conveyor") {
                     continue;
@@ -223,7 +223,7 @@ fn fields_act_on_the_colliders_they_are_for() {
                     let iron: Vec<_> = samples.iter().filter(is_iron).collect();
                     let plain = Tree::from(plain);
                     let expected = match iron.is_empty() {
-                        // In pieces: of a uniform force, what acts in the middle of the part.
+                        // Cut in pieces: a uniform force acts at the middle of the part.
                         true => {
                             assert!(uniform, "{place}: no samples");
                             let parts = samples.iter().filter(|sample| {
@@ -245,9 +245,9 @@ fn fields_act_on_the_colliders_they_are_for() {
     }
 }
 
-/// So many unlike fields that an index finds them by their places.
+/// Enough unlike fields that an index finds them by their places.
 #[test]
-fn many_fields_act_on_the_colliders_they_are_for() {
+fn many_fields_act_only_on_the_colliders_they_admit() {
     let (world, body, parts) = dumbbell();
     for asked in SAMPLINGS {
         let each = (0..40_u8).map(|number| {
@@ -273,10 +273,9 @@ fn many_fields_act_on_the_colliders_they_are_for() {
     }
 }
 
-/// Under operators the colliders are told apart as well: what replaces acts on one, and leaves the
-/// other to what is replaced.
+/// A field that replaces acts on one collider, and the replaced field on the other.
 #[test]
-fn composites_tell_colliders_apart() {
+fn composites_act_on_each_collider_by_itself() {
     let (world, body, parts) = dumbbell();
     let base = || Field::uniform(Vector::Z * 8.0).sampled(Sampling::Centre);
     for (filter, only) in FILTERS.into_iter().take(8) {
@@ -289,9 +288,9 @@ fn composites_tell_colliders_apart() {
     }
 }
 
-/// The step itself: fields of other groups gave a body sampled at its centre their whole velocity.
+/// Regression: in a step, fields acted in full on a body sampled at its centre that their groups exclude.
 #[test]
-fn no_scheme_moves_what_groups_exclude() {
+fn no_scheme_moves_a_body_that_groups_exclude() {
     let schemes = [
         Scheme::KickDriftKick,
         Scheme::Kick,
@@ -319,9 +318,9 @@ fn no_scheme_moves_what_groups_exclude() {
     }
 }
 
-/// The paper's example of two domains (§3.1.1): one field over space and time, one over space and δ, in
-/// R⁵ together. With δ of the collider's own the body ended at v = (0.99, 0, 0): at its centre only
-/// the world's δ was read.
+/// The paper's example of two domains (§3.1.1): one field over space and time, one over space and δ, together in R⁵.
+/// Regression: with a δ of the collider the body ended at v = (0.99, 0, 0), since at its centre only the world's δ was
+/// read.
 #[test]
 fn a_field_over_time_and_one_over_delta_act_together() {
     for sampling in [Sampling::Auto, Sampling::Centre, Sampling::Parts] {
@@ -352,9 +351,9 @@ fn a_field_over_time_and_one_over_delta_act_together() {
     }
 }
 
-/// Two parts of charge ±1 in a region over charge gave 0 where a function gave a half.
+/// Regression: on two parts of charge ±1, a region over charge gave 0 where a function gave a half.
 #[test]
-fn a_region_over_charge_is_asked_part_by_part() {
+fn a_region_over_charge_is_evaluated_for_each_part() {
     let (world, body, parts) = dumbbell();
     let region = Region::interval(Axis::Charge, 0.5, 2.0);
     let by_function = Region::predicate([Axis::Charge], |sample| sample.axes[0] >= 0.5);
@@ -370,10 +369,9 @@ fn a_region_over_charge_is_asked_part_by_part() {
     }
 }
 
-/// Groups that exclude nothing change nothing, also of a body whose ballast is not where its
-/// collider is: a uniform force turns nothing.
+/// Also for a body whose additional mass is away from its collider: a uniform force exerts no torque.
 #[test]
-fn groups_of_all_are_as_none() {
+fn groups_that_exclude_nothing_change_nothing() {
     let mut world = weightless(1.0 / 64.0);
     let ballast = MassProperties::new(Vector::X * 2.0, 3.0, Vector::splat(1.0));
     let body = RigidBodyBuilder::dynamic().additional_mass_properties(ballast);

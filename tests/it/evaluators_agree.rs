@@ -1,10 +1,9 @@
-//! Whatever the compiler makes of a tree, it equals the reference.
+//! The compiled form of any tree agrees with `Reference`.
 //!
-//! The wrench on a body is derived anew: terms of the outermost sum of union are sampled with the
-//! reference at each collider, or at the centre of mass where all their fields are uniform, shared
-//! out, and the same for all colliders. Integers must agree exactly, also on boundaries; otherwise the bound is the rounding of
-//! the sum of the magnitudes that were added up. See `support/trees.rs` for how points are kept
-//! off boundaries and singularities there.
+//! The expected wrench is computed independently: terms of the outermost sum of union are sampled with the reference at
+//! each collider, or at the centre of mass where all their fields are uniform, shared out by mass, and the same for all
+//! colliders. Integers must agree exactly, also on boundaries; otherwise the bound is the rounding of the sum of the
+//! magnitudes. See `support/trees` for how points are then kept off boundaries and singularities.
 
 use proptest::prelude::*;
 use rapier3d_fields::math::{DVec3, Real, to_dvec3, to_f64};
@@ -20,11 +19,11 @@ use crate::support::worlds::{self, BodyPlan, World, bodies};
 /// Integers up to here add up without rounding in `f32`.
 const EXACT: f64 = (1 << 20) as f64;
 
-/// Roundings on the way of one term, generously: a power law of r² or Lennard-Jones loses a few
-/// dozen, a sum one for each further term.
+/// A generous number of roundings in one term: a power law of r² or Lennard-Jones has a few dozen, a sum one for each
+/// further term.
 const ROUNDINGS: usize = 64;
 
-/// What the reference gives one body, and how large a sum of magnitudes that is.
+/// The wrench on a body by the reference, and the sums of the magnitudes of its terms.
 struct Expected {
     force: DVec3,
     torque: DVec3,
@@ -58,7 +57,7 @@ fn expected(world: &World, terms: &[TermPlan], body: RigidBodyHandle) -> Expecte
     sum
 }
 
-/// Fields and reference agree on all bodies.
+/// Asserts that fields and reference agree on all bodies.
 fn agree(world: &World, terms: &[TermPlan], numbers: Numbers) -> Result<(), TestCaseError> {
     let tree = Tree::fold(
         Operator::SumUnion,
@@ -94,8 +93,8 @@ fn agree(world: &World, terms: &[TermPlan], numbers: Numbers) -> Result<(), Test
     Ok(())
 }
 
-/// The same in fractions. By the rounding of turned frames, a sample on a border may be on either side of it; then all
-/// agree on both sides.
+/// The same for fractions. Rounding of turned frames may put a sample on a border to either side; then all must agree
+/// on both sides.
 fn agree_off_borders(world: &mut World, terms: &[TermPlan]) -> Result<(), TestCaseError> {
     if agree(world, terms, Numbers::Fractional).is_ok() {
         return Ok(());
@@ -112,7 +111,7 @@ fn terms(numbers: Numbers, most: usize) -> impl Strategy<Value = Vec<TermPlan>> 
     proptest::collection::vec(trees::term(numbers), 1..=most)
 }
 
-/// That many cases; failures are not stored, since they print their plans in full.
+/// This number of cases; failures are not stored, since they print their plans in full.
 fn cases(cases: u32) -> ProptestConfig {
     ProptestConfig {
         cases,
@@ -124,13 +123,13 @@ fn cases(cases: u32) -> ProptestConfig {
 proptest! {
     #![proptest_config(cases(4000))]
 
-    /// All operators, regions, anchors, couplings and readings: bit for bit, boundaries included.
+    /// All operators, regions, anchors, couplings and force modes: bit for bit, boundaries included.
     #[test]
     fn integers_agree_exactly(plans in bodies(4, 1..=1), terms in terms(Numbers::Integer, 4)) {
         agree(&World::new(&plans), &terms, Numbers::Integer)?;
     }
 
-    /// And every law and quarter turn, on bodies of several colliders.
+    /// Also all laws and quarter turns, on bodies of several colliders.
     #[test]
     fn fractions_agree_within_rounding(
         plans in bodies(4, 1..=3), terms in terms(Numbers::Fractional, 4),
@@ -142,9 +141,9 @@ proptest! {
 proptest! {
     #![proptest_config(cases(1000))]
 
-    /// What is below height fields, folds and rims included.
+    /// Regions below height fields, folds and rims included.
     #[test]
-    fn grounds_agree(
+    fn regions_below_height_fields_agree(
         plans in bodies(4, 1..=1),
         leaves in proptest::collection::vec(
             (trees::leaf(Numbers::Integer), proptest::array::uniform9(-2..=2)), 2..4,
@@ -191,7 +190,7 @@ fn places(
 proptest! {
     #![proptest_config(cases(2000))]
 
-    /// Whole and partly filled lanes, own sources among them, with and without a range.
+    /// Full and partly filled SIMD lanes, sources on the sampled body among them, with and without a range.
     #[test]
     fn batches_of_any_length_agree(
         plans in bodies(4, 1..=2),
@@ -241,7 +240,7 @@ proptest! {
     }
 }
 
-/// A leaf that acts nearly everywhere: so that what is made of several shows.
+/// A leaf that acts everywhere, so that several overlap.
 fn wide() -> impl Strategy<Value = TermPlan> {
     trees::leaf(Numbers::Integer).prop_map(|mut leaf| {
         leaf.region = RegionPlan::Everywhere;
@@ -291,7 +290,7 @@ fn one_body_at(position: [i32; 3]) -> BodyPlan {
     }
 }
 
-/// The indices are in fact chosen where the tests above expect them.
+/// The tests above rely on these choices.
 #[test]
 fn plans_use_the_index_they_should() {
     let world = World::new(&[one_body_at([0; 3])]);
@@ -316,7 +315,7 @@ fn plans_use_the_index_they_should() {
     let shells = (0..16).map(|i| Vector::X * i as Real);
     let shells = Tree::instances(Field::uniform(Vector::X).within(shell), shells);
     assert_eq!(index(shells), [IndexKind::Bvh]);
-    // Composites that are written out one by one, each where it is, are instances of one all the same.
+    // Like composites that are written out one by one, each at its place, become instances of one.
     let pull = Field::radial(-1.0, 0.0).within(Region::ball(2.0));
     let push = Field::radial(2.0, 0.0).within(Region::ball(1.0));
     let pair = |place: Vector, push: Field| {
@@ -335,7 +334,7 @@ fn plans_use_the_index_they_should() {
     assert_eq!(count(pairs.clone()), [300]);
     let other = pair(Vector::ZERO, push.clone().strength(0.5));
     assert_eq!(count(pairs.sum_union(other)), [300, 1]);
-    // So are those that hang on colliders and bodies.
+    // So do those that are anchored to bodies.
     let body = world.bodies[0];
     let on_body = |_| pull.clone().at(body).difference(push.clone().at(body));
     let all = Tree::fold(Operator::SumUnion, (0..20).map(on_body));
@@ -343,10 +342,10 @@ fn plans_use_the_index_they_should() {
     assert_eq!(count(all), [20]);
 }
 
-/// Lanes that must not act are poisoned: a body's own source right at its sample (1/0), and the
-/// padding, which stands at the origin, where a sample is.
+/// Lanes that must not act are not finite: a body's own source right at its sample (1/0), and the padding at the
+/// origin, where a sample is.
 #[test]
-fn lanes_that_do_not_act_cannot_spoil_the_others() {
+fn lanes_that_do_not_act_leave_the_others_finite() {
     for power in -3..=2 {
         for shifted in [false, true] {
             for others in 1..=20 {
@@ -373,7 +372,7 @@ fn lanes_that_do_not_act_cannot_spoil_the_others() {
                         let found = fields.sample(world.bodies[0], &world.physics);
                         found.map(|wrench| wrench.expect("sampled").force)
                     };
-                    // The other body feels the source; at its distance of 3 that is regular.
+                    // The source acts on the other body only, where it is regular, at a distance of 3.
                     let (with, without) = (wrench(&tree), wrench(&without));
                     let (with, without) = (with.expect("finite"), without.expect("finite"));
                     let error = to_dvec3(with - without).length();
@@ -388,8 +387,7 @@ fn lanes_that_do_not_act_cannot_spoil_the_others() {
     }
 }
 
-/// A grid over a world a million times wider than the range still finds who is near, wherever
-/// the edges of its cells fall.
+/// In a world a million times wider than the range, wherever the edges of the cells fall.
 #[test]
 fn far_sources_do_not_hide_near_ones_from_the_grid() {
     let world = World::new(&[one_body_at([0; 3])]);
@@ -427,9 +425,9 @@ fn far_sources_do_not_hide_near_ones_from_the_grid() {
     }
 }
 
-/// In a prototype, a field that hangs on a body of its own outlives the instance's anchor.
+/// Also once the anchor of the instance is removed.
 #[test]
-fn fields_that_hang_elsewhere_outlive_their_instance() {
+fn fields_with_their_own_anchor_outlive_their_instance() {
     for operator in [Operator::ReplaceUnion, Operator::SumUnion] {
         let mut world = World::new(&[[0, 0, 0], [3, 0, 0], [0, 3, 0]].map(one_body_at));
         let [sample, instance, elsewhere] = [0, 1, 2].map(|i| world.bodies[i]);
@@ -439,7 +437,7 @@ fn fields_that_hang_elsewhere_outlive_their_instance() {
         let mut fields = world.fields(&tree);
         for removed in [false, true] {
             if removed {
-                // What a step has met may be removed later.
+                // Anchors that a step has found may be removed later.
                 world.physics.integration_parameters.dt = 0.0;
                 fields.step(&mut world.physics).expect("all are there");
                 world.physics.remove_body(instance);
@@ -453,10 +451,10 @@ fn fields_that_hang_elsewhere_outlive_their_instance() {
     }
 }
 
-/// A ball holds its surface, in every kind of batch: the 102 integer points at a distance of 9
-/// from a sample all reach it with a range of 9, and none with less.
+/// In every kind of batch, the 102 integer points at a distance of 9 from a sample all reach it with a range of 9, and
+/// none with less.
 #[test]
-fn batches_hold_the_boundary_of_their_range() {
+fn batches_include_the_boundary_of_their_range() {
     let square = |place: &[i32; 3]| place.iter().map(|x| x * x).sum::<i32>();
     let axis = || -9..=9;
     let lattice = axis().flat_map(|x| axis().flat_map(move |y| axis().map(move |z| [x, y, z])));

@@ -1,7 +1,7 @@
-//! Regions over each axis, with and without groups, by every sampling.
+//! Regions over each axis, with and without groups, under every sampling.
 //!
-//! The oracle reads the coordinates of the samples by the definitions of the axes, and sums the reference
-//! of the bare law over those that are inside; where bodies are cut at a border, the shares of boxes.
+//! For the expected wrench, coordinates of samples follow the definitions of the axes, and `Reference` for the law
+//! alone is summed over the samples inside; where bodies are cut at a border, over the shares of boxes.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -14,7 +14,7 @@ use super::each_collider::{
     IRON, SAMPLINGS, agree, dumbbell, fields, groups, kind, laws, literal, only_iron, within,
 };
 
-/// Each with the number of the coordinate that it is, if it is one.
+/// The axes, with the index of those that are coordinates in space.
 const AXES: [(&str, Option<usize>); 16] = [
     ("x", Some(0)),
     ("y", Some(1)),
@@ -42,7 +42,7 @@ const PARTS: [([f64; 3], f64, f64); 2] = [
     ([1.5, 2.0, -0.25], 0.5, 3.0),
 ];
 
-/// Away from the body, and turned, so that the axes of the field are not those of the world.
+/// The frame of the field: away from the body, and turned, so that its axes are not those of the world.
 fn frame() -> Pose {
     let turn = Rotation::from_rotation_z(from_f64(FRAC_PI_2));
     Pose::from_parts(Vector::new(-2.0, 0.5, 0.125), turn)
@@ -134,7 +134,7 @@ fn is_iron(sample: &BodySample) -> bool {
 #[test]
 fn intervals_of_every_axis_hold_for_each_sample() {
     let (world, body, parts) = dumbbell();
-    // For each axis, if its border ever passed between samples that are admitted.
+    // For each axis, whether an admitted sample was ever inside of its interval.
     let mut split = [false; AXES.len()];
     for (law, field) in laws() {
         let field = field.at(frame());
@@ -212,8 +212,7 @@ fn intervals_of_every_axis_hold_for_each_sample() {
     assert_eq!(split, [true; AXES.len()]);
 }
 
-/// The same of a pool: what lifts acts on each part that is inside, or on what is inside of it; what slows on
-/// each sample of the volume.
+/// The lift of a pool acts on each part that is inside, or on its piece inside; the drag on each sample of the volume.
 #[test]
 fn pools_end_at_intervals_of_every_axis() {
     let (world, body, parts) = dumbbell();

@@ -25,7 +25,7 @@ fn dumbbell(world: &mut PhysicsWorld, at: Vector) -> RigidBodyHandle {
     body
 }
 
-/// What counts sums to the wrench that the step would use; what does not says why.
+/// Contributions that count sum to the wrench of a step; the others tell why they do not.
 #[test]
 fn an_explanation_sums_to_the_wrench() {
     let mut world = world();
@@ -91,9 +91,9 @@ fn an_explanation_sums_to_the_wrench() {
     );
 }
 
-/// Energy of the audit against closed forms: a damped spring.
+/// A damped spring, against closed forms.
 #[test]
-fn the_audit_knows_who_took_the_energy() {
+fn the_audit_attributes_energy_to_fields() {
     let drift = |dt: Real| {
         let mut world = world();
         world.integration_parameters.dt = dt;
@@ -131,16 +131,16 @@ fn the_audit_knows_who_took_the_energy() {
         audit.drift.abs()
     };
     let (coarse, fine) = (drift(1.0 / 30.0), drift(1.0 / 120.0));
-    // Velocity Verlet's energy swings by (dt ω)²/4 of it, 1.6e-3 here; drag adds its own.
+    // The energy of velocity Verlet oscillates by a share of (dt ω)²/4, 1.6e-3 here; drag adds an error.
     assert!(coarse < 5e-3 * 6.0, "{coarse}");
     // Second order: a quarter of the step, a sixteenth of the drift; f32 ends near 10⁻⁵.
     assert!(fine < coarse / 12.0 + 2e-5, "{coarse} {fine}");
 }
 
-/// A ball that a zone pushes through gains the potential between its two borders, and keeps it: that is
-/// the borders' work, not an error of the scheme.
+/// A ball that a zone pushes through gains the potential between its two borders: that is their work, not an error of
+/// the scheme.
 #[test]
-fn the_audit_knows_what_borders_give() {
+fn the_audit_counts_the_work_of_borders() {
     let mut world = world();
     world.integration_parameters.dt = 1e-3;
     let ball = RigidBodyBuilder::dynamic()
@@ -160,17 +160,17 @@ fn the_audit_knows_what_borders_give() {
         }
     }
     let audit = fields.audit().expect("switched on");
-    // 6 N over 2 m, each border to a step's way at most.
+    // 6 N over 2 m, each border within the distance of a step.
     assert_relative_eq!(audit.fields[0].border, 12.0, epsilon = 2.0 * 6.0 * 6e-3);
     let gained = audit.kinetic - 2.0;
     assert_relative_eq!(gained, 12.0, epsilon = 2.0 * 6.0 * 6e-3);
-    // What roundings of some thousand steps, and two half kicks, leave.
+    // The rounding of some thousand steps, and two half kicks.
     let rest = inside.max(audit.drift.abs());
     assert!(rest < either(1e-3, 2e-5), "{rest}");
     assert_eq!(audit.potential, 0.0);
 }
 
-/// A field that reacts conserves momentum and angular momentum; without, it does not.
+/// And angular momentum. Without a reaction, momentum is not conserved.
 #[test]
 fn reactions_conserve_momentum() {
     let run = |react: bool, crossed: bool| {
@@ -213,7 +213,7 @@ fn reactions_conserve_momentum() {
     for crossed in [false, true] {
         let (momentum, angular) = run(true, crossed);
         assert!(momentum < tolerance, "momentum {momentum}");
-        // The layer's own rotation step keeps L to the order of the step only while torques act.
+        // While torques act, the rotation step keeps L only to its order.
         println!("{momentum} {angular}");
         assert!(angular < 5e-3, "angular momentum {angular}");
         let (momentum, _) = run(false, crossed);
@@ -221,7 +221,7 @@ fn reactions_conserve_momentum() {
     }
 }
 
-/// The carrier's explanation holds the reaction, and the audit counts the pair's energy once.
+/// The carrier's explanation includes the reaction, and the audit counts the pair's energy once.
 #[test]
 fn reactions_are_explained_and_audited() {
     let mut world = world();
@@ -247,7 +247,7 @@ fn reactions_are_explained_and_audited() {
     );
 }
 
-/// On whom to react must be clear.
+/// A reaction needs one body that carries all fields of its term.
 #[test]
 fn reactions_without_a_carrier_are_refused() {
     let mut world = world();
@@ -270,9 +270,8 @@ fn reactions_without_a_carrier_are_refused() {
     assert!(Fields::new(fine).is_ok());
 }
 
-/// Under a plain sum, what single fields give over all samples adds up to the wrench.
 #[test]
-fn totals_of_a_sum_add_up() {
+fn totals_of_a_sum_add_up_to_the_wrench() {
     let mut world = PhysicsWorld::new();
     let boxed = RigidBodyBuilder::dynamic().translation(Vector::new(2.0, 1.0, 0.0));
     let (body, _) = world.insert(boxed, ColliderBuilder::cuboid(0.5, 0.3, 0.2));

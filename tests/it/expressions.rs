@@ -1,4 +1,4 @@
-//! Expressions as fields: their exact derivatives, and what is told of bad texts.
+//! Expressions as fields: their exact derivatives, and the errors of invalid texts.
 
 use rapier3d_fields::field::{ExpressionErrorKind, Linearised, Query};
 use rapier3d_fields::math::{DMat3, DVec3};
@@ -23,7 +23,7 @@ fn error(texts: [&str; 3]) -> BuildError {
     built.map(drop).expect_err("a bad text")
 }
 
-/// Through conditions, angles and corners, whose other branches are not numbers.
+/// Through conditions, angles and corners; the branches that are not taken are not numbers.
 #[test]
 fn the_jacobian_is_exact() {
     let field = Field::expression([
@@ -55,7 +55,7 @@ fn the_jacobian_is_exact() {
     }
 }
 
-/// Springs written as text: at rest, where quotients and roots of duals go wrong.
+/// At rest at the origin, where quotients and roots of dual numbers are not finite.
 #[test]
 fn derivatives_at_the_origin_are_finite() {
     let field = Field::expression(["-x^2 - x", "-y*hypot(x, y, z)", "-z^1.5*speed"]);
@@ -77,14 +77,14 @@ fn errors_point_at_the_character() {
     assert_eq!((told.component, told.position), (1, 5));
     assert_eq!(told.kind, ExpressionErrorKind::Unclosed);
     assert_eq!(told.text, "1 + (2*x");
-    // Names are looked up later: they are axes.
+    // Unknown names are taken for axes, which the build looks up.
     let told = error(["heat", "0", "0"]).to_string();
     assert!(told.contains("there is no axis `heat`"), "{told}");
     let built = Fields::builder(Field::expression(["{heat flux} + 1", "0", "0"]));
     assert!(built.axis("heat flux", 2.0).build().is_ok());
 }
 
-/// From the text to the forces of a step, on a small stack.
+/// From the text to the derivatives, on a small stack.
 #[test]
 fn long_expressions_need_no_stack() {
     let work = || {
