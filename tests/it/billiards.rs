@@ -7,8 +7,8 @@ use crate::lab::scenes::hard_spheres::{Gas, Method, in_order};
 use crate::support::collide::*;
 use crate::support::{Table, assert_at_most, either};
 
-/// A light ball between a wall and a heavy one that comes in; all collisions, with their times,
-/// and the velocities in the end.
+/// A light ball between a wall and a heavy ball that approaches. Returns the time of each collision and whether it is
+/// with the wall, and the final velocities.
 fn galperin(ratio: f64, dt: f64) -> (Vec<(f64, bool)>, [f64; 2]) {
     let mut world = arena(from_f64(dt));
     let plane = ColliderBuilder::new(SharedShape::halfspace(Vector::X));
@@ -64,7 +64,7 @@ fn galperins_billiard_counts_the_digits_of_pi() {
             let rows = table.rows().filter(|row| row.number("ratio") == ratio);
             let mut worst = 0.0_f64;
             for row in rows {
-                // Of the many, the table has some.
+                // The table lists only some of the collisions.
                 let (time, wall) = &collisions[row.number("n") as usize - 1];
                 assert_eq!(
                     *wall,
@@ -77,7 +77,7 @@ fn galperins_billiard_counts_the_digits_of_pi() {
             println!("ratio {ratio}, dt {dt:.4}: times within {worst:.1e}");
             assert_at_most(worst, either(7e-4, 1e-10), "time");
             for (found, exact) in end.iter().zip(last) {
-                // Over the fastest that the light ball was.
+                // Relative to the largest speed of the light ball.
                 let error = (found - exact).abs() / ratio.sqrt();
                 assert_at_most(error, either(1e-4, 1e-9), "velocity");
             }
@@ -86,7 +86,7 @@ fn galperins_billiard_counts_the_digits_of_pi() {
 }
 
 #[test]
-fn one_step_may_hold_a_whole_billiard() {
+fn long_steps_resolve_a_whole_billiard() {
     let (collisions, _) = galperin(10_000.0, 6.0);
     assert_eq!(collisions.len(), 314);
 }

@@ -1,4 +1,4 @@
-//! Every kind of body Rapier has: what fields do to it under each scheme.
+//! Fields on every kind of body of Rapier, under each scheme.
 
 use rapier3d_fields::math::{DVec3, Real, from_dvec3, to_dpose3, to_dvec3, to_f64};
 use rapier3d_fields::prelude::*;
@@ -37,7 +37,7 @@ fn stack() -> (PhysicsWorld, Vec<RigidBodyHandle>) {
     (world, boxes)
 }
 
-/// The steps after which all boxes sleep, and the height of the topmost.
+/// The number of steps after which all boxes sleep, and the height of the topmost.
 fn settle(
     mut world: PhysicsWorld,
     boxes: &[RigidBodyHandle],
@@ -53,7 +53,6 @@ fn settle(
             .iter()
             .all(|handle| world.bodies[*handle].is_sleeping())
         {
-            // They sleep on.
             if let Some(fields) = &mut fields {
                 steps(fields, &mut world, 120);
             }
@@ -80,7 +79,7 @@ fn a_stack_rests_and_sleeps_as_under_gravity() {
         let downward = Field::uniform(DOWN).force_mode(ForceMode::Acceleration);
         let (steps, top) = settle(world, &boxes, Some(build(downward, scheme)));
         println!("{scheme:?}: asleep after {steps}, top at {top}");
-        // What the solver lets boxes sink in by: its allowed error, per contact.
+        // Rapier's solver allows a penetration at each contact.
         assert_close(top, native_top, 5e-3, format!("{scheme:?}: top"));
         assert!(
             steps <= 2 * native_steps + 30,
@@ -91,8 +90,7 @@ fn a_stack_rests_and_sleeps_as_under_gravity() {
 
 // Rapier's own forces beside the fields.
 
-/// A ball on a spring in Rapier's gravity hangs where the two balance; the schemes that make
-/// substeps are told of gravity.
+/// A ball on a spring in Rapier's gravity hangs where the two balance; substeps include gravity.
 #[test]
 fn gravity_and_a_spring_balance() {
     for scheme in SCHEMES {
@@ -108,8 +106,7 @@ fn gravity_and_a_spring_balance() {
     }
 }
 
-/// At second order in the step, where Rapier's own integration of gravity is exact: one solver
-/// iteration ahead by g t dt/2, which the substeps take back.
+/// Rapier's own integration of gravity is ahead of the parabola by g t dt/2n for n solver iterations; substeps are not.
 #[test]
 fn substeps_follow_gravity_along_the_parabola() {
     for scheme in [Scheme::Substep(Substeps::Fixed(3)), Scheme::Forward4] {
@@ -125,7 +122,7 @@ fn substeps_follow_gravity_along_the_parabola() {
     }
 }
 
-/// Rapier damps at the end of a step, at first order; schemes of higher order as it is meant.
+/// Rapier damps at the end of a step, at first order; schemes of higher order damp exactly.
 #[test]
 fn damping_is_exact_where_fields_act() {
     for scheme in SCHEMES {
@@ -214,7 +211,7 @@ fn locked_axes_stay_locked() {
 }
 
 #[test]
-fn bodies_without_mass_or_inertia_do_not_move_and_break_nothing() {
+fn bodies_without_mass_do_not_move_and_without_inertia_do_not_turn() {
     for scheme in SCHEMES {
         let mut world = weightless(1.0 / 60.0);
         let massless = RigidBodyBuilder::dynamic().translation(Vector::X);
@@ -291,7 +288,7 @@ fn a_body_may_change_its_type() {
     }
 }
 
-/// Also with a new body in the place of the old, and in the middle of everything.
+/// A new body in the slot and at the position of a removed one, while another body goes on.
 #[test]
 fn a_body_that_was_taken_out_and_put_back_is_a_new_one() {
     for scheme in SCHEMES {
@@ -342,8 +339,7 @@ fn pendulum(multibody: bool) -> (PhysicsWorld, RigidBodyHandle) {
     (world, rod)
 }
 
-/// The links of multibodies ignore impulses, so they are pushed by Rapier's own forces under
-/// every scheme: they swing as a body on an impulse joint does.
+/// Links ignore impulses, so every scheme moves them by `add_force`: they swing as a body on an impulse joint does.
 #[test]
 fn links_of_multibodies_are_moved_under_every_scheme() {
     for scheme in SCHEMES {
@@ -363,7 +359,7 @@ fn links_of_multibodies_are_moved_under_every_scheme() {
 
 // Soft bodies.
 
-/// A piece of cloth in free fall, and its particles' mean height and lowest velocity.
+/// The mean height and vertical velocity of the particles of a falling cloth after 60 steps.
 fn fall(scheme: Scheme, tree: impl Into<Tree>, gravity: Vector) -> (f64, f64, PhysicsWorld) {
     let mut world = weightless(1.0 / 60.0);
     world.gravity = gravity;
@@ -380,7 +376,7 @@ fn fall(scheme: Scheme, tree: impl Into<Tree>, gravity: Vector) -> (f64, f64, Ph
 }
 
 #[test]
-fn particles_of_soft_bodies_feel_fields() {
+fn fields_act_on_particles_of_soft_bodies() {
     for scheme in SCHEMES {
         let downward = Field::uniform(DOWN).force_mode(ForceMode::Acceleration);
         let (height, speed, _) = fall(scheme, downward, Vector::ZERO);
@@ -401,12 +397,12 @@ fn particles_of_soft_bodies_feel_fields() {
 }
 
 #[test]
-fn an_error_puts_soft_bodies_back() {
+fn a_failed_step_restores_soft_bodies() {
     let mut world = weightless(1.0 / 60.0);
     let ball = insert_ball(&mut world, 1.0, Vector::X * 20.0, Vector::Y);
     let cloth = SoftBodyBuilder::cloth(Vector::ZERO, Vector::X * 0.5, Vector::Z * 0.5, 3, 3);
     let cloth = world.insert_soft_body(cloth.mass(2.0));
-    // Bad from the end of the first step on.
+    // Infinite from the end of the first step on.
     let bad = Field::closure([Axis::Time], |sample: &Sample| {
         let later = sample.axes[0] > 0.0;
         Vector::Y * if later { Real::INFINITY } else { 1.0 }
@@ -423,7 +419,7 @@ fn an_error_puts_soft_bodies_back() {
     assert_eq!(all(&world), before);
 }
 
-// Free tops through the whole layer.
+// Free tops, stepped by `Fields`.
 
 const FLIP: &str = include_str!("../data/e_free_top/top_near_intermediate_axis_dzhanibekov.csv");
 const SIDE: &str = include_str!("../data/e_free_top/top_largest_inertia_side.csv");
@@ -467,7 +463,7 @@ fn spin(text: &'static str, moments: [f64; 3], scheme: Scheme) -> [f64; 3] {
 }
 
 #[test]
-fn free_tops_turn_for_ten_seconds() {
+fn free_tops_keep_energy_and_angular_momentum_for_ten_seconds() {
     const ASYMMETRIC: [f64; 3] = [1.557596206665039, 2.5878665447235107, 1.1970621347427368];
     let ammonia = crate::lab::scenes::ammonia::PRINCIPAL_INERTIA;
     let tops = [
@@ -498,7 +494,7 @@ fn free_tops_turn_for_ten_seconds() {
     }
 }
 
-/// Where the axes of a top point after two seconds.
+/// The rotation of a top after two seconds.
 fn turned(tree: Tree, scheme: Scheme) -> Rotation {
     let mut world = weightless(1.0 / 120.0);
     let body = RigidBodyBuilder::dynamic().angvel(Vector::new(0.3, 4.0, 0.2));
@@ -510,14 +506,14 @@ fn turned(tree: Tree, scheme: Scheme) -> Rotation {
 }
 
 #[test]
-fn tops_turn_freely_even_where_no_field_can_turn_them() {
+fn free_rotation_is_the_same_where_no_field_can_exert_a_torque() {
     let schemes = SCHEMES
         .into_iter()
         .filter(|scheme| *scheme != Scheme::ExternalForce);
     for scheme in schemes {
         let wind = || Tree::from(Field::uniform(Vector::X));
         let zone = || Tree::from(Field::uniform(Vector::X).within(Region::ball(1e4)));
-        // Far away, and yet it could turn them.
+        // Out of reach, but of a kind that can exert a torque.
         let torque = Field::uniform(Vector::X).within(Region::ball(0.1));
         let torque = torque.sampled(Sampling::Volume).at(Vector::X * 1e3);
         let known = turned(wind().sum_union(torque), scheme);

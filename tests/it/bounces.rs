@@ -1,5 +1,5 @@
-//! Rapier bounces bodies that are moved within the step: its change of their velocity belongs to the
-//! middle of the step, as in kick-drift-kick.
+//! Bounces by Rapier under schemes that divide a step: Rapier's change of the velocity belongs to the middle of the
+//! step, as in kick-drift-kick.
 
 use rapier3d_fields::math::{from_f64, to_f64};
 use rapier3d_fields::prelude::*;
@@ -8,7 +8,7 @@ use crate::support::{assert_at_most, assert_close, build, weightless};
 
 const DT: f64 = 1.0 / 60.0;
 
-/// A ball at rest at x = 1, on a spring to the origin, beside a wall that only Rapier knows.
+/// A ball at rest at x = 1, on a spring to the origin, beside a wall without a field.
 struct Spring {
     world: PhysicsWorld,
     fields: Fields,
@@ -16,11 +16,11 @@ struct Spring {
     omega: f64,
 }
 
-/// What hangs on the spring.
+/// The load of the spring.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Hung {
     Ball,
-    /// The same in a drag that is too weak to be seen.
+    /// The ball in a negligible drag.
     Slowed,
 }
 
@@ -51,7 +51,7 @@ impl Spring {
         }
     }
 
-    /// Over that at the start.
+    /// The energy, divided by that at the start.
     fn energy(&self) -> f64 {
         let body = &self.world.bodies[self.ball];
         let place = to_f64(body.translation().length());
@@ -60,24 +60,24 @@ impl Spring {
     }
 }
 
-/// The largest energy over that at the start, and whether every step that ends with more than `told` warns.
+/// The largest energy over that at the start, and whether a step to a new largest one above `told` gave no warning.
 fn peak(mut spring: Spring, steps: usize, told: f64) -> (f64, bool) {
     let (mut peak, mut silent) = (0.0_f64, false);
     for _ in 0..steps {
         spring.fields.step(&mut spring.world).expect("a step");
         let energy = spring.energy();
         silent |= energy > told.max(peak) && spring.fields.warnings().is_empty();
-        // Not `max`, which passes over NaN.
+        // Not `max`, which ignores NaN.
         peak = if energy <= peak { peak } else { energy };
     }
     (peak, silent)
 }
 
-/// With the change added to the velocity of the end of the step, the energy of a ball that hits a wall at
-/// dt·ω = 0.2 grew 5.6 times under `Auto` and 4.9 times under a scheme of fourth order, and at a restitution of 0.8 without
-/// bound from dt·ω = 1 on, without a warning.
+/// Regression: with the change added to the velocity at the end of the step, the energy of a ball that hits a wall at
+/// dt·ω = 0.2 grew 5.6 times under `Auto` and 4.9 times under a scheme of fourth order, and at a restitution of 0.8
+/// without bound from dt·ω = 1 on, without a warning.
 #[test]
-fn bounces_of_divided_steps_give_no_energy() {
+fn bounces_in_divided_steps_add_no_energy() {
     let auto = Scheme::Auto { tolerance: 1e-3 };
     let fixed = Scheme::Substep(Substeps::Fixed(4));
     let chosen = Scheme::Substep(Substeps::PerBody { tolerance: 1e-3 });
@@ -97,9 +97,8 @@ fn bounces_of_divided_steps_give_no_energy() {
     }
 }
 
-/// A body that Rapier bounces has the velocity of the middle of the step, and half a kick where it is follows:
-/// v = v_out + dt/2 F(x_out)/m. The velocity that is shown lags by half an iteration of the force, as that of all
-/// bodies that contacts push.
+/// After a bounce the velocity is that of the middle of the step, and half a kick at the new position follows:
+/// v = v_out + dt/2 F(x_out)/m. As for all bodies in contact, the shown velocity lags by half a solver iteration.
 #[test]
 fn half_a_kick_follows_a_bounce() {
     let fixed = Scheme::Substep(Substeps::Fixed(4));
@@ -134,10 +133,10 @@ fn half_a_kick_follows_a_bounce() {
     }
 }
 
-/// Where forces read velocities, `Forward4` is a composition that explodes from dt·ω = 2.72 on, and warns from half of
-/// that on; it warned from half of 3.46 on. Its own oscillation of the energy at dt·ω = 1.3 is 2.7 %.
+/// Where forces read velocities, `Forward4` is a composition that is unstable from dt·ω = 2.72 on, and warns from half
+/// of that on; it warned from half of 3.46 on. Its energy oscillates by 2.7 % at dt·ω = 1.3.
 #[test]
-fn bounces_of_forward4_in_drag_give_no_energy() {
+fn bounces_under_forward4_in_drag_add_no_energy() {
     for wall in [-0.7, -0.2, -1.1] {
         for swing in [0.1, 0.3, 0.58, 1.0, 1.3, 1.5, 1.7] {
             let spring = Spring::new(Hung::Slowed, Scheme::Forward4, 1.0, wall, swing);

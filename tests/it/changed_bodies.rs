@@ -1,5 +1,5 @@
-//! Bodies that come, go and change between steps: these alone are evaluated before the step, with the bits that they get
-//! where all are evaluated.
+//! Bodies that are added, removed or changed between steps: only these are evaluated before the step, with the same
+//! bits as if all were.
 
 use rapier3d_fields::field::Turbulence;
 use rapier3d_fields::prelude::*;
@@ -23,8 +23,8 @@ fn add(world: &mut PhysicsWorld, number: usize) {
     world.insert(body.angvel(Vector::splat(0.3)), shape(number));
 }
 
-/// Bodies over a floor, with gravity, in fields that cut them, act at several points, or push at centres. `all` if each
-/// body is evaluated before a step in which any has changed: where a field is carried, one may act on another.
+/// Bodies over a floor, with gravity, in fields that cut them, act at several points, or push at centres. If `all`,
+/// each body is evaluated before a step in which any has changed: with a field on a collider, one may act on another.
 fn scene(all: bool) -> (PhysicsWorld, Fields) {
     let mut world = PhysicsWorld::new();
     let floor = ColliderBuilder::cuboid(20.0, 0.5, 20.0).translation(Vector::Y * -0.5);
@@ -42,7 +42,7 @@ fn scene(all: bool) -> (PhysicsWorld, Fields) {
         Tree::from(Field::uniform(Vector::Z)).replace_union(dome.at(Vector::new(3.0, 0.0, 2.0)));
     let mut tree = Tree::fold(Operator::SumUnion, wells) + belt + gusts + dome;
     if all {
-        // Within the floor, where nobody is.
+        // Within the floor, where it acts on no body.
         let carried = Field::uniform(Vector::X).within(Region::ball(0.01));
         tree += carried.at(floor);
     }
@@ -50,7 +50,7 @@ fn scene(all: bool) -> (PhysicsWorld, Fields) {
     (world, fields)
 }
 
-/// What a program may do to bodies between two steps.
+/// An edit that a program may make between two steps.
 fn edit(world: &mut PhysicsWorld, step: usize) {
     let handles: Vec<_> = world.bodies.iter().map(|(handle, _)| handle).collect();
     let chosen = handles[step * 7 % handles.len()];
@@ -80,7 +80,7 @@ fn edit(world: &mut PhysicsWorld, step: usize) {
 }
 
 #[test]
-fn evaluated_alone_they_get_the_same_bits() {
+fn evaluating_only_changed_bodies_gives_the_same_bits() {
     let (mut one, mut fields) = scene(false);
     let (mut other, mut all_fields) = scene(true);
     for step in 0..300 {

@@ -1,4 +1,4 @@
-//! A contact field whose region ends where two parts touch answers all their impacts.
+//! A contact field whose region ends exactly where two parts touch resolves all of their impacts.
 
 use rapier3d_fields::Detection;
 use rapier3d_fields::math::{from_f64, to_f64};
@@ -8,9 +8,9 @@ use crate::support::{assert_at_most, either};
 
 mod oblique;
 
-/// Half of the size of all bodies; so their middles are one apart when they touch.
+/// Half the size of all bodies: their centres are 1 apart when they touch.
 const HALF: Real = 0.5;
-/// Gaps in which they start, as shares of the way of a step: the touch falls anywhere within one.
+/// Gaps at the start, as multiples of the approach per step: impacts fall anywhere within a step.
 const GAPS: [f64; 4] = [0.25, 1.5, 2.0, 4.9];
 
 /// Two bodies on a line, before they meet.
@@ -57,7 +57,7 @@ impl Meeting {
         [0, 1].map(|side| to_f64(world.bodies[bodies[side]].linvel().x))
     }
 
-    /// How far from what two bodies do that meet on a line without loss, as a share of their speed.
+    /// The error of the speeds against an elastic impact on a line, as a share of the closing speed.
     fn error(&self) -> f64 {
         let ([m, n], [a, b]) = (self.masses, self.speeds);
         let mean = (m * a + n * b) / (m + n);
@@ -67,11 +67,11 @@ impl Meeting {
     }
 }
 
-/// A ball of speed 1 that met one at rest went on with 0.0 (discrete) or −0.003 (swept), and the two had
-/// lost half of their energy: who answers was decided by where they were when the step began, still
-/// outside the region. Now by where they touch.
+/// Regression: a ball of speed 1 that met one at rest went on with 0.0 (discrete) or −0.003 (swept), and the two had
+/// lost half of their energy: the field was chosen by their positions at the start of the step, still outside of the
+/// region, and not by where they touch.
 #[test]
-fn a_region_that_ends_where_balls_touch_answers_their_impacts() {
+fn a_region_that_ends_where_bodies_touch_resolves_their_impacts() {
     let mut worst = 0.0;
     for detection in [Detection::Discrete, Detection::Swept] {
         for boxes in [false, true] {

@@ -1,5 +1,4 @@
-//! Contact fields as vector fields (§3.3, §3.4): the paper's law under operators, against the
-//! reference.
+//! Contact fields as vector fields (§3.3 and §3.4 of the paper): the paper's law under operators, against `Reference`.
 
 use proptest::prelude::*;
 use rapier3d_fields::Responder;
@@ -16,20 +15,20 @@ use crate::support::worlds::{BodyPlan, World};
 const RADIUS: Real = 0.6;
 const DT: Real = 1e-3;
 
-/// What is done to a composite that begins with a contact field.
+/// A change of a composite that starts as a contact field.
 #[derive(Clone, Debug)]
 enum Wrap {
     Before(Operator, TermPlan),
     Behind(Operator, TermPlan),
-    /// With the contact field of another of the balls.
+    /// Combined with the contact field of a ball.
     Beside(Operator, usize),
     Scaled(ScalarPlan),
     Limited(i32),
     Instance,
-    /// Beside instances at the colliders of all balls, of a contact field beside another field.
+    /// Combined with instances, at the colliders of all balls, of a contact field and another field.
     Objects(Operator, Operator, TermPlan),
     Layer(TermPlan, i32, bool, bool),
-    /// With so many fields that are elsewhere.
+    /// Combined with this number of fields that are out of reach.
     Among(u8),
 }
 
@@ -111,14 +110,14 @@ fn balls() -> World {
     for collider in &world.colliders {
         let collider = &mut world.physics.colliders[*collider];
         collider.set_shape(SharedShape::ball(RADIUS));
-        // Rapier's solver is to answer none of them.
+        // Rapier's solver must resolve none of the contacts.
         collider.set_solver_groups(InteractionGroups::none());
     }
     world
 }
 
-/// What the reference says that the touches of a ball give it, if normals were a little tilted, and
-/// velocities off by as much. Its own are behind by `late`.
+/// The change of a ball's velocity by its touches, by `Reference`, with normals and velocities perturbed by `tilt`.
+/// `late` is added to the velocities of the balls.
 fn expected(
     (tree, tilt): (&Tree, DVec3),
     (world, late): (&World, &[DVec3]),
@@ -162,7 +161,6 @@ fn expected(
     (force(&touching) - force(&alone)) * (to_f64(DT) / alone.mass)
 }
 
-/// Fields of a tree for the balls.
 fn fields(tree: &Tree, world: &World, responder: Responder) -> Fields {
     let builder = Fields::builder(tree.clone()).axis("delta", 2.0);
     let builder = builder.scheme(Scheme::Kick).responder(responder);
@@ -188,7 +186,7 @@ fn check(wraps: &[Wrap], first: usize, law: ContactLaw) -> Result<bool, TestCase
         .collect();
     let mut fields = [
         fields(&tree, &world, Responder::Fields),
-        // As it is when nobody has answered yet.
+        // The balls before any contact is resolved.
         fields(&tree, &unhit, Responder::Rapier),
     ];
     prop_assume!(fields[0].step(&mut world.physics).is_ok());
@@ -204,10 +202,10 @@ fn check(wraps: &[Wrap], first: usize, law: ContactLaw) -> Result<bool, TestCase
         let mass = to_f64(world.physics.bodies[world.bodies[ball]].mass());
         given.sum::<DVec3>() / mass
     };
-    // What a whole kick has left is the velocity in the middle of the step.
+    // After a whole kick the velocity is that of the middle of the step, half a kick before its end.
     let mut late = Vec::new();
     for (body, before) in unhit.bodies.iter().zip(&before) {
-        // What fields press together lasts, and is Rapier's.
+        // Contacts of bodies that fields press together last, and are left to Rapier.
         let kicked = to_dvec3(unhit.physics.bodies[*body].linvel() - before);
         prop_assume!(kicked.length() < 0.1);
         late.push(kicked * 0.5);
@@ -217,7 +215,7 @@ fn check(wraps: &[Wrap], first: usize, law: ContactLaw) -> Result<bool, TestCase
         let with = |tilt| expected((&tree, tilt), (&unhit, &late), &contacts, ball);
         let expected = with(DVec3::ZERO);
         let error = (given - expected).length();
-        // What roundings may do: near a tie, or in a product of parallel vectors, much.
+        // The effect of rounding, which is large near a tie or in a product of parallel vectors.
         let roundings = 16.0 * to_f64(Real::EPSILON);
         let tilts = DVec3::AXES.into_iter().flat_map(|axis| [axis, -axis]);
         let tilted = tilts.map(|tilt| (with(tilt * roundings) - expected).length());
@@ -232,7 +230,7 @@ fn check(wraps: &[Wrap], first: usize, law: ContactLaw) -> Result<bool, TestCase
 }
 
 #[test]
-fn under_operators_they_push_as_the_reference_says() {
+fn contact_fields_under_operators_agree_with_the_reference() {
     let pushed = std::cell::Cell::new([0_u32; 2]);
     let mut runner = proptest::test_runner::TestRunner::new(ProptestConfig {
         cases: 2_000,
@@ -261,8 +259,8 @@ fn under_operators_they_push_as_the_reference_says() {
     assert!(2 * with > all, "{with} of {all} push");
 }
 
-/// The velocities of two equal balls after a head-on hit at two metres a second each, the second
-/// under a field that is changed.
+/// The velocities of two equal balls after a head-on hit at 2 m/s each; the contact field of the first, modified by
+/// `change`, pushes the second.
 fn after(change: impl FnOnce(Field) -> Tree) -> [Vector; 2] {
     let (mut world, things) = overlapping([Vector::X * 2.0, -Vector::X * 2.0], [1.0; 2]);
     let [one, two] = things.each_ref().map(|thing| thing.parts[0]);
@@ -274,7 +272,7 @@ fn after(change: impl FnOnce(Field) -> Tree) -> [Vector; 2] {
 }
 
 #[test]
-fn a_push_is_a_vector() {
+fn operators_and_scales_act_on_a_push_as_on_a_vector() {
     let along = |x: Real, y: Real| [Vector::X * 2.0, Vector::new(x, y, 0.0)];
     let half = Scalar::constant(0.5);
     let near = |found: [Vector; 2], expected: [Vector; 2]| {
@@ -307,9 +305,9 @@ fn a_push_is_a_vector() {
     );
 }
 
-/// What is asked about a sample that touches is what the reference says of the same tree, in prototypes as elsewhere.
+/// `Fields::at_sample` agrees with `Reference` for a sample with touches, also in prototypes.
 #[test]
-fn samples_that_touch_can_be_asked_about() {
+fn questions_about_samples_include_their_touches() {
     let world = balls();
     let [mine, other, _] = [0, 1, 2].map(|number| world.colliders[number]);
     let pull = || Field::radial(-1.0, 0.0).within(Region::ball(8.0));
@@ -352,7 +350,7 @@ fn samples_that_touch_can_be_asked_about() {
 
 /// A molecule's atoms have no mass of their own: their body has it all.
 #[test]
-fn a_part_without_mass_is_pushed_all_the_same() {
+fn a_part_without_mass_is_pushed_too() {
     let pushed = |strength: Real| {
         let (mut world, things) = overlapping([Vector::X * 2.0, -Vector::X * 2.0], [1.0; 2]);
         for thing in &things {

@@ -1,4 +1,4 @@
-//! Rapier's vehicle drives, and its character walks, under gravity as a field as under Rapier's own.
+//! Rapier's vehicle and character controllers move under gravity by a field as under Rapier's own.
 
 use rapier3d_fields::math::{Real, from_f64, to_f64};
 use rapier3d_fields::prelude::*;
@@ -42,7 +42,7 @@ fn places(scene: &Scene, bodies: &[RigidBodyHandle]) -> Vec<Vector> {
     bodies.iter().map(place).collect()
 }
 
-/// The largest distance between two paths of a body, as a share of its length.
+/// The largest distance between two paths of a body, divided by the length of the second.
 fn off(ours: &Path, theirs: &Path, body: usize) -> f64 {
     let steps = theirs.windows(2);
     let length: Real = steps
@@ -53,7 +53,7 @@ fn off(ours: &Path, theirs: &Path, body: usize) -> f64 {
     to_f64(apart.fold(0.0, Real::max) / length)
 }
 
-/// Fails unless all go the same way under fields as under Rapier's gravity.
+/// Fails unless the paths under fields are within 1 % of those under Rapier's gravity.
 fn compare(what: &str, pulls: &[Pull], path: impl Fn(Pull) -> Path) {
     let theirs = path(Pull::Rapier);
     let mut wrong = Vec::new();
@@ -90,7 +90,7 @@ fn car(world: &mut PhysicsWorld) -> DynamicRayCastVehicleController {
     car
 }
 
-/// Drives at up to three metres a second, first straight on, then in bends, and brakes in the end.
+/// Drives at up to 3 m/s, first straight, then in bends, and brakes at the end.
 fn steer(car: &mut DynamicRayCastVehicleController, seconds: f64) {
     let slow = to_f64(car.current_vehicle_speed).abs() < 3.0;
     let power = if slow && seconds < 8.5 { 40.0 } else { 0.0 };
@@ -134,7 +134,7 @@ fn a_vehicle_drives_as_under_gravity() {
     compare("vehicle", &OURS, drive);
 }
 
-/// What accelerates things where somebody stands.
+/// The acceleration of gravity at a place, by the fields or by Rapier.
 fn down(scene: &Scene, place: Vector) -> Vector {
     let world = &scene.world;
     let Some(fields) = &scene.fields else {
@@ -143,7 +143,7 @@ fn down(scene: &Scene, place: Vector) -> Vector {
     fields.values_at(&[place], world)[0].force
 }
 
-/// Walks, falls where there is nothing under the feet, and pushes what is in the way.
+/// A character that walks, falls where it has no ground, and pushes obstacles.
 struct Walker {
     body: RigidBodyHandle,
     collider: ColliderHandle,
@@ -200,7 +200,7 @@ impl Walker {
     }
 }
 
-/// How the walker goes, with what is in its way.
+/// The path of the walker, and of the obstacle if there is one.
 fn walked(mut scene: Scene, obstacle: Option<RigidBodyHandle>) -> Path {
     let mut walker = Walker::new(&mut scene.world);
     let seen: Vec<RigidBodyHandle> = [walker.body].into_iter().chain(obstacle).collect();
@@ -222,8 +222,7 @@ fn a_character_walks_as_under_gravity() {
     });
 }
 
-/// The way with a crate that stands so far off, on level ground. It does not turn, since one that is
-/// pushed may turn to either side.
+/// The path with a crate at `distance` on level ground. It cannot turn, since a push may turn it to either side.
 fn pushes(pull: Pull, distance: Real) -> Path {
     let mut scene = Scene::new(pull);
     scene.floor();
@@ -235,11 +234,11 @@ fn pushes(pull: Pull, distance: Real) -> Path {
     walked(scene, Some(pushed))
 }
 
-/// So many places of the crate.
+/// Number of starting places of the crate.
 const CRATES: usize = 64;
 
-/// The controller either slides along the crate in a step or stops at it, by a rounding: under Rapier's
-/// gravity, too, the ways for two places of the crate differ by some hundredths. So means are compared.
+/// Rounding decides whether the controller slides along the crate in a step or stops at it: under Rapier's gravity,
+/// too, the paths for two places of the crate differ by some hundredths. So means are compared.
 #[test]
 fn a_character_pushes_crates_as_under_gravity() {
     compare("character and crate", &[OURS[0], OURS[2]], |pull| {

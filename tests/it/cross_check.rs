@@ -16,7 +16,7 @@ fn report(fields: &Fields) -> &CrossCheckReport {
     fields.cross_check().expect("it is on")
 }
 
-/// Fails unless both sides found the same, to rounding.
+/// Fails unless fields and Rapier found the same contacts, up to rounding.
 #[track_caller]
 fn assert_agrees(report: &CrossCheckReport) {
     assert_eq!(report.total.disagreed(), 0, "{:?}", report.disagreements);
@@ -26,7 +26,7 @@ fn assert_agrees(report: &CrossCheckReport) {
 }
 
 #[test]
-fn it_is_off_unless_asked_for() {
+fn the_cross_check_is_off_by_default() {
     let (mut world, [a, b]) = overlapping([Vector::ZERO; 2], [1.0; 2]);
     let mut fields = detect(&[&a, &b], ContactLaw::Observe);
     step(&mut fields, &mut world);
@@ -53,7 +53,7 @@ fn contacts_are_counted_per_step_and_in_all() {
     assert_agrees(report);
 }
 
-/// Two tops that spin through each other, unanswered, and fast for the length of a step.
+/// Two tops that spin through each other without a response to contacts, fast for the length of a step.
 fn spinning_pair(dt: f64, speed: f64) -> (PhysicsWorld, [Thing; 2]) {
     let mut world = arena(from_f64(dt));
     let speed = from_f64(speed);
@@ -97,13 +97,12 @@ fn contacts_are_compared_at_the_same_poses() {
     assert_agrees(report(&fields));
 }
 
-/// What the check says of tops that turn slowly for a step in a world that recycles contacts, if it
-/// lets it or not.
+/// The report on slowly turning tops in a world that recycles contacts, which the check allows if `on`.
 fn with_recycling(on: bool) -> CrossCheckReport {
     let (mut world, [a, b]) = spinning_pair(1.0 / 240.0, 0.1);
     world.integration_parameters.contact_recycling = true;
-    // What fields answer is claimed by a hook, and Rapier recycles no contact that has one. So
-    // Rapier is to find these contacts itself, and to solve none of them.
+    // A hook claims the contacts that fields resolve, and Rapier recycles no contact that has one. So here
+    // Rapier finds the contacts itself, and solves none of them.
     for (_, collider) in world.colliders.iter_mut() {
         collider.set_solver_groups(InteractionGroups::none());
     }
@@ -125,14 +124,14 @@ fn with_recycling(on: bool) -> CrossCheckReport {
 }
 
 #[test]
-fn recycled_contacts_are_told_and_seen() {
+fn recycled_contacts_are_reported_as_not_comparable() {
     let stale = with_recycling(true);
     println!(
         "recycling: {:?}, depth error {}",
         stale.total, stale.depth_error
     );
     assert!(stale.recycling);
-    // They may be 0.05 out of date: they say nothing, for either side.
+    // Recycled contacts may be 0.05 out of date, so they are neither agreement nor disagreement.
     let counts = &stale.total;
     assert!(counts.not_comparable.recycled > 1000, "{counts:?}");
     assert_eq!((counts.both, counts.disagreed()), (0, 0), "{counts:?}");
@@ -145,7 +144,7 @@ fn recycled_contacts_are_told_and_seen() {
     assert_agrees(&live);
 }
 
-/// A pair that touches, and after two steps no longer or elsewhere.
+/// Asserts that both sides find the same `both` contacts after a `change` to a world with a touching pair.
 #[track_caller]
 fn assert_follows(change: impl Fn(&mut PhysicsWorld, &[Thing; 2]), both: u64) {
     let (mut world, things) = overlapping([Vector::ZERO; 2], [1.0; 2]);
@@ -163,7 +162,7 @@ fn assert_follows(change: impl Fn(&mut PhysicsWorld, &[Thing; 2]), both: u64) {
 }
 
 #[test]
-fn what_users_change_between_steps_is_no_disagreement() {
+fn changes_of_bodies_between_steps_are_no_disagreement() {
     let move_to = |place: Vector| {
         move |world: &mut PhysicsWorld, things: &[Thing; 2]| {
             world.bodies[things[1].body].set_translation(place, true);
@@ -183,7 +182,7 @@ fn what_users_change_between_steps_is_no_disagreement() {
 }
 
 #[test]
-fn what_users_change_of_colliders_is_no_disagreement() {
+fn changes_of_colliders_between_steps_are_no_disagreement() {
     let grow = |radius: Real| {
         move |world: &mut PhysicsWorld, things: &[Thing; 2]| {
             world.colliders[things[1].parts[0]].set_shape(SharedShape::ball(radius));
@@ -198,7 +197,7 @@ fn what_users_change_of_colliders_is_no_disagreement() {
 }
 
 #[test]
-fn a_pipeline_of_ones_own_gets_the_same_report() {
+fn explicit_begin_and_finish_give_the_same_report() {
     let (mut world, [a, b]) = spinning_pair(1.0 / 60.0, 6.0);
     let (mut own, _) = spinning_pair(1.0 / 60.0, 6.0);
     let mut fields = cross_checked(&[&a, &b], ELASTIC);
@@ -227,7 +226,7 @@ fn the_band_is_32_half_units_in_the_last_place() {
 }
 
 #[test]
-fn what_only_fields_find_is_listed() {
+fn contacts_that_only_fields_find_are_listed() {
     let (mut world, [a, b]) = overlapping([Vector::ZERO; 2], [1.0; 2]);
     for hidden in [&a, &b] {
         unseen(&mut world, hidden);
@@ -250,7 +249,7 @@ fn what_only_fields_find_is_listed() {
 }
 
 #[test]
-fn what_only_rapier_finds_is_listed_until_it_is_gone() {
+fn contacts_that_only_rapier_finds_are_listed_until_they_end() {
     let (mut world, [a, b]) = overlapping([Vector::ZERO; 2], [1.0; 2]);
     let mut fields = cross_checked(&[&a, &b], ELASTIC);
     // The fields look at a part that is smaller than it is for Rapier.
@@ -277,7 +276,7 @@ fn what_only_rapier_finds_is_listed_until_it_is_gone() {
 }
 
 #[test]
-fn what_is_too_shallow_to_tell_is_counted_apart() {
+fn contacts_too_shallow_to_compare_are_counted_apart() {
     let depth = 2.0 * Real::EPSILON;
     let mut world = still_arena();
     let [a, b] = [0.0, 1.0 - depth].map(|x| ball(&mut world, 1.0, Vector::X * x, Vector::ZERO));
@@ -292,7 +291,7 @@ fn what_is_too_shallow_to_tell_is_counted_apart() {
 }
 
 #[test]
-fn chosen_pairs_alone_are_watched_and_disagreements_are_told_at_once() {
+fn only_chosen_pairs_are_checked_and_disagreements_are_reported_at_once() {
     use std::sync::{Arc, Mutex};
     let mut world = still_arena();
     let row = [0.0, 0.9, 1.8].map(|x| Vector::X * from_f64(x));
@@ -321,9 +320,9 @@ fn chosen_pairs_alone_are_watched_and_disagreements_are_told_at_once() {
     assert_eq!(report(&fields).total.only_field, 3);
 }
 
-/// Two balls that meet at a metre a second each, bouncing: who turned them back, by how much.
+/// Two bouncing balls meet at 1 m/s each.
 #[test]
-fn it_tells_who_answered() {
+fn the_report_tells_whether_fields_or_rapier_resolved_a_contact() {
     let answers = |responder: Responder| {
         let mut world = arena(1.0 / 60.0);
         let [a, b] = [-1.0, 1.0].map(|side| {

@@ -1,4 +1,4 @@
-//! Contacts of detection fields: what is found, and how it is answered.
+//! Contacts of detection fields: which are found, and how they are resolved.
 
 mod found;
 
@@ -14,7 +14,7 @@ fn newton(restitution: Real) -> ContactLaw {
     ContactLaw::restitution(restitution)
 }
 
-/// What fixed bodies were given by the answers of a run.
+/// The impulses and angular impulses of contacts on fixed bodies during a run.
 #[derive(Default)]
 struct Walls {
     impulse: DVec3,
@@ -35,7 +35,7 @@ impl Walls {
     }
 }
 
-/// Steps a box of ammonia; the largest drift of its energy over the first kinetic energy.
+/// Steps a box of ammonia. Returns the largest drift of its energy, divided by the first kinetic energy.
 fn run_job(scene: &mut BoxOfAmmonia, fields: &mut Fields, walls: &mut Walls, steps: usize) -> f64 {
     let kinetic = scene.kinetic_energy();
     let energy = |scene: &BoxOfAmmonia, fields: &mut Fields| {
@@ -52,7 +52,7 @@ fn run_job(scene: &mut BoxOfAmmonia, fields: &mut Fields, walls: &mut Walls, ste
 }
 
 #[test]
-fn the_main_job_keeps_energy_and_momenta_and_agrees_with_rapier() {
+fn a_box_of_ammonia_keeps_energy_and_momenta_and_agrees_with_rapier() {
     let mut scene = AmmoniaSettings::default().build().expect("a scene");
     let builder = Fields::builder(scene.tree(Some(10.0), ELASTIC)).cross_check(true);
     let mut fields = scene.fields(builder).expect("a valid tree");
@@ -123,7 +123,7 @@ fn spinning_bodies_of_many_balls_keep_momenta_and_agree_with_rapier() {
     // A rounding every other step.
     start.assert_momenta_kept(&end, 600.0);
     let change = (end.energy / start.energy - 1.0).abs();
-    // The layer's free rotation keeps the energy of a spinning top not quite.
+    // The free rotation of a top does not keep its energy exactly.
     assert_at_most(change, 1e-5, "energy of the tops");
 }
 
@@ -225,7 +225,7 @@ fn assert_none_approaches(fields: &mut Fields, world: &mut PhysicsWorld) {
 }
 
 #[test]
-fn contacts_that_hang_together_are_all_answered() {
+fn connected_contacts_are_all_resolved() {
     let row = [-0.9, 0.0, 0.9].map(|x| Vector::X * from_f64(x));
     let fork = [
         Vector::ZERO,
@@ -260,7 +260,7 @@ fn contacts_that_hang_together_are_all_answered() {
     assert!(scattered[2][1].x > 0.5 && scattered[2][2].x > 0.5);
 }
 
-/// The velocity of a ball of unit speed along -x after it met a wall of some kind.
+/// The velocity of a ball of unit speed along -x after it has hit the wall.
 fn after_wall(wall: RigidBodyBuilder, law: ContactLaw) -> (Vector, Sides) {
     let mut world = still_arena();
     let slab = ColliderBuilder::cuboid(1.0, 5.0, 5.0).translation(Vector::X * -1.0);
@@ -341,7 +341,7 @@ fn a_body_held_in_place_is_turned() {
     );
 }
 
-/// What follows from the paper's rule, sphere against sphere, in one step.
+/// The velocities of two spheres after a step under the paper's rule, and the totals before and after it.
 fn after_paper(velocities: [Vector; 2], masses: [Real; 2]) -> ([Vector; 2], [Totals; 2]) {
     let (mut world, [a, b]) = overlapping(velocities, masses);
     let mut fields = detect(&[&a, &b], ContactLaw::Paper);
@@ -352,7 +352,7 @@ fn after_paper(velocities: [Vector; 2], masses: [Real; 2]) -> ([Vector; 2], [Tot
 }
 
 #[test]
-fn the_papers_rule_is_taken_at_its_word() {
+fn the_papers_rule_adds_a_bodys_own_speed_along_the_normal() {
     let oblique = [Vector::new(3.0, 4.0, 0.0), Vector::new(-1.0, 0.0, 2.0)];
     let (after, [start, end]) = after_paper(oblique, [1.0, 2.5]);
     for (i, outward) in [-Vector::X, Vector::X].into_iter().enumerate() {
@@ -414,7 +414,7 @@ fn answered_by(responder: Responder) -> ([f64; 2], f64) {
 }
 
 #[test]
-fn whoever_is_to_answer_does() {
+fn only_the_chosen_responder_resolves_contacts() {
     let (after, pushed) = answered_by(Responder::Rapier);
     assert_eq!(pushed, 0.0);
     assert_close(after[1], 1.0, 1e-2, "Rapier's own restitution");
@@ -426,7 +426,7 @@ fn whoever_is_to_answer_does() {
 }
 
 #[test]
-fn what_rests_on_a_floor_without_a_field_is_seen_and_held() {
+fn a_ball_on_a_floor_without_a_field_is_detected_and_held() {
     let mut world = arena(from_f64(1.0 / 120.0));
     world.gravity = Vector::Y * -9.81;
     let slab = ColliderBuilder::cuboid(5.0, 0.5, 5.0).translation(Vector::Y * -0.5);
