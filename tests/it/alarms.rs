@@ -1,4 +1,4 @@
-//! False alarms: random worlds of a game, in which a scheme warns only where its step is really off.
+//! False alarms: in random game-like worlds, a scheme warns only where the error of its step is large.
 
 use rapier3d_fields::math::{Real, from_dvec3, from_f64, to_f64};
 use rapier3d_fields::prelude::*;
@@ -8,7 +8,7 @@ use crate::support::numbers::Numbers;
 
 const WORLDS: u64 = 200;
 const STEPS: usize = 200;
-/// Parts of a step of which the reference consists.
+/// Number of parts into which the reference divides a step.
 const PARTS: usize = 64;
 
 /// Bodies of mixed shapes that fall on a floor or float, some of them in a chain, and some fields.
@@ -115,7 +115,7 @@ struct Alarm {
 }
 
 impl Alarm {
-    /// The first in a world.
+    /// The first alarm in a world.
     fn first(seed: u64, scheme: Scheme) -> Option<Alarm> {
         let (mut world, tree) = world(seed);
         let mut fields = build(tree, scheme);
@@ -136,13 +136,13 @@ impl Alarm {
         })
     }
 
-    /// The error of the kinetic energy of the body in that step, relative to the step in so many parts.
+    /// The relative error of the body's kinetic energy after that step, against the same step in [`PARTS`] parts.
     fn error(&self) -> f64 {
         let [[before, whole], [_, divided]] = [1, PARTS].map(|parts| self.energies(parts));
         (whole - divided).abs() / before.max(divided)
     }
 
-    /// The kinetic energy of the body before and after the step in so many parts.
+    /// The kinetic energy of the body before the step, and after it if made in `parts` parts.
     fn energies(&self, parts: usize) -> [f64; 2] {
         let (mut world, tree) = world(self.seed);
         let mut fields = build(tree, self.scheme);
@@ -161,15 +161,14 @@ impl Alarm {
     }
 }
 
-/// The error of an alarm's step may be smaller than the tolerance, because the scheme has a bound of it, but not by more than
-/// this factor.
+/// A scheme warns by an upper bound of its error, so the true error may be below the tolerance, at most by this factor.
 const BOUND: f64 = 5.0;
 
-/// The same for schemes without a tolerance: from one percent on, their alarms are right.
+/// The tolerance of schemes that have none: their alarms are right from an error of one percent on.
 const NO_TOLERANCE: f64 = 0.01 * BOUND;
 
 #[test]
-fn schemes_warn_where_a_step_is_off() {
+fn schemes_warn_only_where_the_error_of_a_step_is_large() {
     let mut rightly = 0;
     for (scheme, tolerance) in [
         (Scheme::KickDriftKick, NO_TOLERANCE),
@@ -181,7 +180,6 @@ fn schemes_warn_where_a_step_is_off() {
         let (right, wrong): (Vec<_>, Vec<_>) =
             errors.partition(|(error, _)| *error > tolerance / BOUND);
         rightly += right.len();
-        // One percent of the worlds.
         assert!(100 * wrong.len() as u64 <= WORLDS, "{wrong:?}");
     }
     assert!(

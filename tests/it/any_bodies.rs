@@ -1,6 +1,6 @@
-//! Bodies of any kind in any smooth fields, under every scheme, against an integration of this file's own: the errors
-//! fall with the step at least as the scheme's order says. Bodies have parts off their origin, gravity scaled, damping,
-//! locked axes, the user's force, and solver iterations of their own. They pull each other, with reactions or without.
+//! Random bodies in random smooth fields, under every scheme, against a Runge–Kutta integration in this file: errors
+//! fall with the step at least by the scheme's order. Bodies have parts off their origin, a gravity scale, damping,
+//! locked axes, a user force and additional solver iterations. They attract each other, with reactions or without.
 
 use rapier3d_fields::math::{DQuat, DVec3, from_dvec3, from_f64, to_dvec3, to_f64};
 use rapier3d_fields::prelude::*;
@@ -8,14 +8,14 @@ use rapier3d_fields::prelude::*;
 use crate::support::numbers::Numbers;
 use crate::support::{build as fields_of, either, largest, weightless};
 
-/// Worlds of one, two and three bodies, each.
+/// Number of random worlds of one body, and of two and three.
 const CASES: u64 = 40;
 const END: f64 = 1.0;
 /// Numbers of steps.
 const COARSE: usize = 50;
 const FINE: usize = 4 * COARSE;
 
-/// The schemes with the orders that are asked of them. Forces that read velocities lower that of `Forward4`.
+/// The schemes with the order required of them, lower for `Forward4` because forces may read velocities.
 pub const SCHEMES: [(Scheme, i32); 6] = [
     (Scheme::KickDriftKick, 2),
     (Scheme::Kick, 1),
@@ -25,7 +25,7 @@ pub const SCHEMES: [(Scheme, i32); 6] = [
     (Scheme::Forward4, 2),
 ];
 
-/// A field at centres of mass.
+/// A field that acts at centres of mass.
 #[derive(Clone, Copy, Debug)]
 enum Law {
     Uniform { vector: DVec3, per_mass: bool },
@@ -263,7 +263,7 @@ impl Case {
         bodies.map(State::of).collect()
     }
 
-    /// The states at the end, by the method of Runge and Kutta at small steps.
+    /// The states at the end by the classical Runge–Kutta method with small steps.
     fn exact(&self) -> Vec<State> {
         const STEPS: usize = 3000;
         let (world, handles) = self.world(0.01);
@@ -410,9 +410,9 @@ fn errors(states: &[State], exact: &[State]) -> [f64; 4] {
     [0, 1, 2, 3].map(|of| largest(each.iter().map(|errors| errors[of])))
 }
 
-/// The errors fall with the order of the scheme.
+/// Asserts that errors in worlds of `count` bodies fall with the order of the scheme.
 fn check(count: usize) {
-    // Below this, errors are roundings.
+    // Errors below this are rounding.
     let rounding = either(5e-4, 1e-6);
     for seed in 0..CASES {
         let case = Case::any(seed, count);

@@ -1,4 +1,4 @@
-//! Axes of approach: where a sample comes from, how fast, when and how near; and who swerves by them.
+//! Axes of approach (relative velocity, distance, closing speed, closest point), and avoidance by them.
 
 use rapier3d_fields::Axis;
 use rapier3d_fields::field::Query;
@@ -8,7 +8,7 @@ use rapier3d_fields::reference::Reference;
 
 use crate::support::{assert_close, insert_ball, weightless};
 
-/// The value of an axis for a sample, seen from a body at the origin that moves.
+/// The value of an axis for a sample, relative to a moving body at the origin.
 fn value(axis: Axis, point: DVec3, velocity: DVec3) -> f64 {
     let mut world = weightless(1.0);
     let body = RigidBodyBuilder::dynamic().linvel(Vector::new(0.5, -1.0, 0.25));
@@ -26,7 +26,7 @@ fn value(axis: Axis, point: DVec3, velocity: DVec3) -> f64 {
 }
 
 #[test]
-fn axes_of_approach_are_what_they_say() {
+fn axes_of_approach_follow_their_definitions() {
     let point = DVec3::new(3.0, 4.0, 0.0);
     let velocity = DVec3::new(-2.0, 0.0, 1.0);
     let of = |axis| value(axis, point, velocity);
@@ -54,8 +54,8 @@ fn axes_of_approach_are_what_they_say() {
     assert_eq!(value(Axis::ClosingSpeed, DVec3::ZERO, velocity), 0.0);
 }
 
-/// Two bodies that would pass through each other at the origin, or miss each other by a way: with
-/// a field on each that pushes aside what comes near soon.
+/// Two bodies approach so that they miss each other by `miss`; if `on`, a field on each pushes bodies aside that will
+/// soon be near. Returns their smallest distance and the sideways speed of the first at the end.
 fn pass(miss: f64, on: bool) -> (f64, f64) {
     let mut world = weightless(1.0 / 60.0);
     let place = |side: f64| Vector::new(from_f64(-6.0 * side), from_f64(0.5 * miss * side), 0.0);
@@ -67,7 +67,7 @@ fn pass(miss: f64, on: bool) -> (f64, f64) {
     for (_, collider) in world.colliders.iter_mut() {
         collider.set_solver_groups(InteractionGroups::none());
     }
-    // Sideways, to the right of the way it comes: what comes is seen along the field's x.
+    // Sideways, to the right of the direction in which the other body comes.
     let soon = Region::interval(Axis::TimeToClosest, 0.0, 2.0);
     let near = Region::interval(Axis::ClosestDistance, -1.0, 1.5);
     let aside = Field::closure([Axis::VelocityX, Axis::VelocityY], |it: &Sample| {
@@ -92,7 +92,7 @@ fn pass(miss: f64, on: bool) -> (f64, f64) {
 }
 
 #[test]
-fn who_would_come_too_near_swerves_and_nobody_else() {
+fn only_bodies_that_would_come_too_near_swerve() {
     let (nearest, _) = pass(0.2, false);
     assert!(nearest < 0.25, "on their own they meet: {nearest}");
     let (nearest, swerved) = pass(0.2, true);
@@ -103,9 +103,8 @@ fn who_would_come_too_near_swerves_and_nobody_else() {
     assert_eq!(swerved, 0.0, "nobody pushed them");
 }
 
-/// Of fields that weaken with the distance, the strongest is that of the nearest.
 #[test]
-fn of_several_bodies_the_nearest_decides() {
+fn the_strongest_field_is_that_of_the_nearest_body() {
     let mut world = weightless(1.0);
     let places = [(1.0, 0.0), (-2.0, 1.0), (0.5, 3.0)].map(|(x, y)| Vector::new(x, y, 0.5));
     let bodies = places.map(|place| {

@@ -1,5 +1,5 @@
-//! `Auto` where bodies come upon what is stiff in every way they can: it keeps the energy or warns in
-//! the same step, is never farther off than the default, and keeps the momentum of those that react.
+//! `Auto` where bodies enter stiff fields in every way: it keeps the energy or warns in the same step, is no less
+//! accurate than the default scheme, and keeps the momentum where fields react.
 
 use rapier3d_fields::math::{Real, from_f64, to_f64};
 use rapier3d_fields::prelude::*;
@@ -24,7 +24,7 @@ fn world() -> PhysicsWorld {
     world
 }
 
-/// A ball that Rapier never holds.
+/// A ball without collisions that never sleeps.
 fn ball(world: &mut PhysicsWorld, mass: Real, place: Vector, linvel: Vector) -> RigidBodyHandle {
     let body = RigidBodyBuilder::dynamic()
         .translation(place)
@@ -35,19 +35,18 @@ fn ball(world: &mut PhysicsWorld, mass: Real, place: Vector, linvel: Vector) -> 
     world.insert(body, shape).0
 }
 
-/// What came of a run.
+/// The result of a run.
 #[derive(Debug, Default)]
 struct Run {
-    /// The largest energy, as a share of what it should be, in steps up to the first warning.
+    /// The largest ratio of the energy to its exact value, in steps up to the first warning.
     energy: f64,
-    /// The largest distance from where the body should be.
+    /// The largest value of [`Case::off`].
     off: f64,
     warned: usize,
     refused: bool,
 }
 
-/// A scene: what happens to it before each step, its energy as a share of what it should be, and how
-/// far it is from where it should be.
+/// A scene, a change to it before each step, the ratio of its energy to the exact value, and another error.
 struct Case<'a> {
     world: PhysicsWorld,
     tree: Tree,
@@ -95,9 +94,9 @@ fn assert_kept(run: &Run, name: &str) {
     assert!(run.energy <= 1.003 && !run.refused, "{name}: {run:?}");
 }
 
-/// Beside a drag that takes nothing, too: who is looked into is found in another way then.
+/// Also beside a negligible drag, with which `Auto` finds the bodies to examine in another way.
 #[test]
-fn wells_are_followed_and_beat_the_default() {
+fn motion_in_wells_is_no_less_accurate_than_by_the_default() {
     for (turn, faint) in TURNS
         .into_iter()
         .flat_map(|turn| [(turn, 0.0), (turn, 1e-7)])
@@ -135,10 +134,9 @@ fn wells_are_followed_and_beat_the_default() {
     }
 }
 
-/// At rest in a well, where nothing shows how stiff it is, until it is hit; and along the soft axis of
-/// one that is stiff across.
+/// A hit on a body at rest in a well, whose stiffness does not show before, and a hit across the soft axis of a well.
 #[test]
-fn hits_at_rest_gain_nothing() {
+fn hits_in_stiff_wells_gain_no_energy() {
     for turn in TURNS {
         let stiffness = (turn / DT).powi(2);
         let mut world = self::world();
@@ -185,9 +183,9 @@ fn hits_at_rest_gain_nothing() {
     }
 }
 
-/// A wall is met at the end of a step that was free at its start.
+/// A body is free at the start of a step and inside of a stiff wall at its end.
 #[test]
-fn walls_give_back_what_they_take() {
+fn stiff_walls_give_back_the_energy() {
     for turn in TURNS {
         for speed in [0.5, 3.0, 40.0] {
             let stiffness = (turn / DT).powi(2);
@@ -206,7 +204,7 @@ fn walls_give_back_what_they_take() {
                 tree: wall.into(),
                 before: &nothing,
                 energy: &|_, world| energy(world),
-                // At the end it is out again.
+                // By the last step the body has left the wall.
                 off: &|step, world| {
                     if step < 399 {
                         0.0
@@ -225,7 +223,7 @@ fn walls_give_back_what_they_take() {
     }
 }
 
-/// Ten balls in a row on springs that react, one of them off the line.
+/// Ten balls in a row, linked by springs that react, one of them off the line.
 #[test]
 fn chains_keep_energy_and_momentum() {
     for ratio in [1.0, 10.0, 1000.0] {
@@ -272,16 +270,16 @@ fn chains_keep_energy_and_momentum() {
             let run = run(case, auto(), 100);
             let name = format!("ratio {ratio}, dt·ω = {turn}: {run:?}");
             let rounding = 1e3 * to_f64(Real::EPSILON);
-            // A swing of the energy of the stretch, of which the start has nothing else.
+            // The energy oscillates; at the start all of it is in the springs.
             assert!(run.energy <= 1.01 + rounding && !run.refused, "{name}");
             assert_at_most(run.off, 1e2 * to_f64(Real::EPSILON), name);
         }
     }
 }
 
-/// Close passes of a centre that attracts: what is stiff for a moment is neither damped nor gained.
+/// Close passes of an attracting centre: stiffness for a moment neither takes nor gives energy.
 #[test]
-fn passes_leave_with_the_speed_they_came_with() {
+fn close_passes_keep_the_energy() {
     let passes = [
         (0.5, 0.05),
         (1.0, 0.3),
@@ -291,7 +289,7 @@ fn passes_leave_with_the_speed_they_came_with() {
         (5.0, 0.03),
         (5.0, 0.003),
     ];
-    // Where in a step the body is closest, matters.
+    // The error depends on where within a step the body is closest.
     let phases = (0..4).map(|phase| f64::from(phase) * 0.0031);
     for ((speed, aside), phase) in passes
         .into_iter()
@@ -310,7 +308,7 @@ fn passes_leave_with_the_speed_they_came_with() {
                 tree: Field::radial(-1.0, -2.0).into(),
                 before: &nothing,
                 energy: &|_, _| 0.0,
-                // Relative to the energy of the motion at the closest.
+                // At the end only; the bound below is relative to the kinetic energy at the closest point.
                 off: &|step, world| {
                     if step < 299 {
                         0.0
@@ -332,9 +330,9 @@ fn passes_leave_with_the_speed_they_came_with() {
     }
 }
 
-/// An orbit that is stiff at one end.
+/// An orbit that is stiff near its pericentre.
 #[test]
-fn orbits_come_back() {
+fn eccentric_orbits_close_without_a_warning() {
     for (e, steps) in [(0.5, 400.0), (0.9, 2000.0), (0.99, 20_000.0)] {
         let orbit = |scheme| {
             let mut world = world();
@@ -347,7 +345,7 @@ fn orbits_come_back() {
                 world,
                 tree: Field::radial(-1.0, -2.0).into(),
                 before: &nothing,
-                // After a period: it is stiffer, and swings by its tolerance of more, where it is near.
+                // After a whole period only: near the pericentre the tolerance is a share of a larger energy.
                 energy: &|step, world| {
                     let r = to_f64(place(world, planet).length());
                     let energy = kinetic(world, planet) - 1.0 / r;
@@ -379,9 +377,9 @@ fn orbits_come_back() {
     }
 }
 
-/// A jump of the force is no stiffness: nobody is told of it, and nothing goes on for ever.
+/// A jump causes no warning and no endless division of the step.
 #[test]
-fn an_edge_to_hover_on_is_no_stiff_field() {
+fn a_jump_of_the_force_is_not_taken_for_stiffness() {
     let hover = |scheme| {
         let mut world = world();
         world.gravity = Vector::Y * -10.0;
@@ -403,9 +401,8 @@ fn an_edge_to_hover_on_is_no_stiff_field() {
     );
 }
 
-/// Overlaps: two atoms far inside of each other fly apart with the energy they had, or it is told.
 #[test]
-fn overlaps_fly_apart_with_their_energy() {
+fn overlapping_atoms_fly_apart_with_their_energy() {
     for start in [0.5, 0.7, 0.9] {
         let mut world = world();
         let half = Vector::X * from_f64(0.5 * start);
@@ -435,10 +432,9 @@ fn overlaps_fly_apart_with_their_energy() {
     }
 }
 
-/// A magnetic field turns a velocity, however far in a step, and the body comes no farther than with the
-/// default.
+/// By any angle per step; the body gets no farther than under the default scheme.
 #[test]
-fn gyration_only_turns() {
+fn a_magnetic_field_only_turns_velocities() {
     for turn in [0.01, 0.1, 1.0, 10.0, 100.0] {
         let gyrate = |scheme| {
             let mut world = world();

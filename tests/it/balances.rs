@@ -1,5 +1,5 @@
-//! The word of `Auto` over hundreds of steps: random bodies in random wells, on arms, and under forces on each other keep
-//! their energy, or a step warns.
+//! `Auto` over hundreds of steps: random bodies in wells, on arms and under mutual forces keep their energy within the
+//! tolerance, or a step warns.
 
 use rapier3d_fields::math::{DVec3, Real, from_dvec3, from_f64, to_dvec3, to_f64};
 use rapier3d_fields::prelude::*;
@@ -9,12 +9,11 @@ use crate::support::{build, either, weightless};
 
 const DT: f64 = 1.0 / 60.0;
 const STEPS: usize = 400;
-/// Of each kind.
+/// Number of scenes of each kind.
 const CASES: u64 = 30;
-/// Where the centre of a well is.
 const CENTRE: DVec3 = DVec3::new(0.5, 0.2, -0.1);
 
-/// The force between two points, or a point and a centre, by its potential.
+/// The force between two points, or between a point and a centre, and its potential.
 #[derive(Clone, Copy, Debug)]
 enum Law {
     Spring { stiffness: f64 },
@@ -37,7 +36,7 @@ impl Law {
         field.coupled_to(Coupling::Each)
     }
 
-    /// Zero at its lowest.
+    /// Zero at its minimum.
     fn potential(self, r: f64) -> f64 {
         match self {
             Law::Spring { stiffness } => 0.5 * stiffness * r * r,
@@ -72,14 +71,14 @@ struct Scene {
 impl Scene {
     fn new(kind: Kind, number: u64) -> Self {
         let mut random = Numbers::new(number);
-        // Rounding of forces counts in f32.
+        // In f32 the rounding of forces is not negligible.
         let tolerance = random.within(either(1e-3, 1e-4), 0.1);
         let omega = random.within(0.1, 3.0) / DT;
         let stiffness = omega * omega;
         let softening = random.within(0.2, 0.5);
         let law = match (kind, number % 3) {
             (_, 0) => Law::Spring { stiffness },
-            // One that passes near the end of such a spring may do so between two points of its path.
+            // Not for arms and groups: they may pass r = 0, where this force jumps, between two points of their path.
             (Kind::Ball, 1) => Law::RestLength {
                 stiffness,
                 rest: random.within(0.2, 0.4),
@@ -105,7 +104,7 @@ impl Scene {
         for number in 0..count {
             scene.insert(kind, DVec3::X * number as f64, omega, &mut random);
         }
-        // Once, so that Rapier knows the centres of mass.
+        // One step, so that Rapier computes the centres of mass.
         scene.world.step();
         scene
     }
@@ -164,7 +163,7 @@ impl Scene {
         }
         let pairs = places.iter().enumerate();
         let pairs = pairs.flat_map(|(at, one)| places[..at].iter().map(move |it| (*one, *it)));
-        // Each of the two pulls the other, and reacts to that.
+        // Each of the two carries the field and reacts to it, so a pair counts twice.
         pairs.map(|(one, other)| 2.0 * between(one, other)).sum()
     }
 }
@@ -177,7 +176,7 @@ fn kinetic_energy(body: &RigidBody) -> f64 {
     0.5 * (to_f64(body.mass()) * to_dvec3(body.linvel()).length_squared() + spin)
 }
 
-/// Runs a scene up to its end or the first warning. Returns the largest error of its energy, and true if it was warned of.
+/// Runs a scene to its end or the first warning. Returns the largest error of its energy, and whether a step warned.
 fn run(mut scene: Scene) -> (f64, bool) {
     let scheme = Scheme::Auto {
         tolerance: from_f64(scene.tolerance),
@@ -204,7 +203,7 @@ fn keeps_its_word(kind: Kind) {
         let (law, tolerance, count) = (scene.law, scene.tolerance, scene.bodies.len());
         let (worst, is_warned) = run(scene);
         println!("{kind:?} {number}, {law:?}, {tolerance:e}: {worst:e}, warned: {is_warned}");
-        // Each body may be off by the tolerance, and its energy rises and falls by as much within a vibration.
+        // Each body may be off by the tolerance, and its energy oscillates by as much within a vibration.
         let bound = (1 + count) as f64 * tolerance;
         assert!(
             worst <= bound,
@@ -216,21 +215,21 @@ fn keeps_its_word(kind: Kind) {
 }
 
 #[test]
-fn balls_in_wells() {
+fn balls_in_wells_keep_their_energy() {
     keeps_its_word(Kind::Ball);
 }
 
 #[test]
-fn arms_in_wells() {
+fn arms_in_wells_keep_their_energy() {
     keeps_its_word(Kind::Arm);
 }
 
 #[test]
-fn pairs() {
+fn pairs_of_balls_keep_their_energy() {
     keeps_its_word(Kind::Together(2));
 }
 
 #[test]
-fn crowds() {
+fn groups_of_balls_keep_their_energy() {
     keeps_its_word(Kind::Together(4));
 }

@@ -1,16 +1,15 @@
-//! Samples on many borders at once: none is left out, and the work does not explode.
+//! Samples on many borders at once: every border counts, and the cost stays bounded.
 //!
-//! Regression: eight user axes that end at one sample cost a second a step, by a factorial; of more
-//! than 128 pieces the rest was dropped, so that the apex of a pyramid of twelve sides was defined
-//! or not as it came.
+//! Regressions: eight user axes whose intervals end at one sample cost a second per step, with factorial growth; of
+//! more than 128 pieces the rest were dropped, so that a pyramid of twelve sides held its apex or not by chance.
 
 use rapier3d_fields::field::Query;
 use rapier3d_fields::math::{DVec3, to_dvec3};
 use rapier3d_fields::prelude::*;
 use rapier3d_fields::reference::Reference;
 
-/// What a tree gives at the origin, for axes that all are zero: by the reference, and by the step's
-/// own evaluator. Where it is not defined, zero is what acts.
+/// The force of a tree at the origin by `Reference`, with all axes zero. Asserts that `Fields` gives the same, or zero
+/// where the tree is not defined.
 fn at_origin(tree: &Tree, axes: &[String]) -> Option<DVec3> {
     let mut world = PhysicsWorld::new();
     let (body, _) = world.insert(RigidBodyBuilder::dynamic(), ColliderBuilder::ball(0.5));
@@ -39,7 +38,7 @@ fn push() -> Field {
 }
 
 #[test]
-fn many_axes_that_end_at_the_sample() {
+fn intervals_of_many_axes_may_end_at_one_sample() {
     for count in [8, 12, 16, 24] {
         let axes: Vec<String> = (0..count).map(|k| format!("a{k}")).collect();
         let range = |k: usize| match k % 2 {
@@ -56,10 +55,10 @@ fn many_axes_that_end_at_the_sample() {
         assert_eq!(at_origin(&any, &axes), sum);
         assert_eq!(at_origin(&every, &axes), sum);
         assert_eq!(at_origin(&in_all.clone().into(), &axes), Some(DVec3::X));
-        // What is cut out keeps its border.
+        // The border belongs to the rest of a difference.
         let around = push().difference(in_all.clone());
         assert_eq!(at_origin(&around, &axes), Some(DVec3::X));
-        // All ranges, and none of one of them: nothing.
+        // Within all ranges but outside one of them: nowhere.
         let cut = Tree::from(in_all).difference(push().within(ranges[count / 2].clone()));
         assert_eq!(at_origin(&cut, &axes), None);
         // Within exactly one of each pair.
@@ -73,7 +72,7 @@ fn many_axes_that_end_at_the_sample() {
     }
 }
 
-/// Half-spaces whose planes meet at the origin, below it.
+/// Half-spaces whose intersection is a pyramid below its apex, the origin.
 fn pyramid(sides: usize) -> Vec<Region> {
     let side = |k: usize| {
         let angle = std::f64::consts::TAU * k as f64 / sides as f64;
@@ -83,9 +82,9 @@ fn pyramid(sides: usize) -> Vec<Region> {
     (0..sides).map(side).collect()
 }
 
-/// The apex belongs to the closed pyramid, and to what is left of space without it.
+/// The apex also belongs to the complement of the pyramid.
 #[test]
-fn the_apex_of_a_pyramid() {
+fn a_pyramid_of_many_sides_holds_its_apex() {
     for count in [12, 64] {
         let sides = pyramid(count);
         let inside = sides.iter().cloned().reduce(Region::intersection);
@@ -101,7 +100,7 @@ fn the_apex_of_a_pyramid() {
                 Some(DVec3::X)
             );
         }
-        // As fields: the pyramid is where all of them are.
+        // The same with fields: all of them are defined in the pyramid.
         let fields = || sides.iter().map(|side| push().within(side.clone()));
         let all = Tree::fold(Operator::SumIntersection, fields());
         assert_eq!(at_origin(&all, &[]), Some(DVec3::X * count as f64));

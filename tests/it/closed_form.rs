@@ -33,7 +33,7 @@ fn state(world: &PhysicsWorld, body: RigidBodyHandle) -> (DVec3, DVec3) {
 // The spring: x'' = -ω² x with ω = 2π, from x = 1 at rest, over ten periods.
 
 struct Swing {
-    /// Of the energy, relative, over all steps.
+    /// The largest relative error of the energy over all steps.
     max_energy_error: f64,
     /// E(end)/E₀ - 1.
     energy_gain: f64,
@@ -82,9 +82,8 @@ fn kick_is_of_first_order_in_energy() {
     assert_order(&errors, 1.0, ORDER_BAND, "kick, energy");
 }
 
-/// Rapier applies a force that was worked out once in each of its n = 4 solver iterations, which
-/// gives x' = x + v dt + (n+1)/2n a dt². The map's determinant is 1 + (1 - (n+1)/2n)(ω dt)², and
-/// the energy grows by that factor in each step. Not what anyone wants; but what Rapier does.
+/// Rapier applies one user force in each of its n = 4 solver iterations, which gives x' = x + v dt + (n+1)/2n a dt².
+/// The determinant of this map is 1 + (1 - (n+1)/2n)(ω dt)², by which the energy grows in each step.
 #[test]
 fn external_force_pumps_energy_into_a_spring() {
     for rate in [60, 120] {
@@ -92,8 +91,8 @@ fn external_force_pumps_energy_into_a_spring() {
         let expected = per_step.powi(10 * rate as i32);
         let found = 1.0 + swing(Scheme::ExternalForce, rate).energy_gain;
         println!("{rate} Hz: energy times {found:.4}, by the determinant {expected:.4}");
-        // The determinant gives the area in phase space; the energy swings by (ω dt)²/4 or so
-        // around it, more with the phase.
+        // The determinant gives the area in phase space; the energy oscillates around it by about (ω dt)²/4
+        // or more, depending on the phase.
         assert_close(found / expected, 1.0, 0.02, "growth of the energy");
     }
 }
@@ -130,7 +129,7 @@ fn orbit(steps: u32) -> Orbit {
 
 #[test]
 fn kepler_orbit_closes_at_second_order() {
-    // In f32, rounding shows in the last digits of more steps than 800.
+    // In f32, rounding shows in the error of more than 800 steps.
     let finest = either(800.0, 3200.0);
     let counts = [200, 400, 800, 1600, 3200].into_iter();
     let runs: Vec<Orbit> = counts
@@ -141,7 +140,7 @@ fn kepler_orbit_closes_at_second_order() {
     assert_order(&errors[1..], 2.0, ORDER_BAND, "Kepler, position");
     let change = largest(runs.iter().map(|run| run.angular_momentum_error));
     println!("Kepler: largest change of L {change:.1e}");
-    // A central force keeps L to rounding: hundreds to thousands of roundings of three terms.
+    // A central force keeps L up to hundreds to thousands of roundings of three terms.
     assert_at_most(change, either(2e-5, 1e-13), "angular momentum");
 }
 
@@ -167,7 +166,6 @@ fn a_balanced_mass_stays_and_a_heavier_one_falls() {
     assert_close(v.y, -4.0, 4.0 * rounding, "speed");
 }
 
-/// A field of a region does not reach the body outside it.
 #[test]
 fn a_body_outside_the_region_does_not_move() {
     let mut world = weightless(1.0 / 60.0);
@@ -197,8 +195,8 @@ fn thrown(gravity: Vector, tree: impl Into<Tree>, scheme: Scheme) -> (DVec3, DVe
 
 const GRAVITY: Vector = Vector::new(0.5, -9.81, 0.25);
 
-/// Half kicks around the drift give the parabola itself, where Rapier's own gravity is ahead of
-/// it by g t dt/2n for its n = 4 solver iterations.
+/// Half kicks around the drift give exactly the parabola; Rapier's own gravity is ahead of it by g t dt/2n for its
+/// n = 4 solver iterations.
 #[test]
 fn a_uniform_acceleration_gives_the_parabola() {
     let field = Field::uniform(GRAVITY).force_mode(ForceMode::Acceleration);
@@ -221,13 +219,12 @@ fn a_uniform_acceleration_gives_the_parabola() {
     );
 }
 
-/// A force by Rapier's own channel is Rapier's gravity.
 #[test]
 fn a_uniform_acceleration_as_external_force_is_gravity() {
     let field = Field::uniform(GRAVITY).force_mode(ForceMode::Acceleration);
     let ours = thrown(Vector::ZERO, field, Scheme::ExternalForce);
     let theirs = thrown(GRAVITY, Field::uniform(Vector::ZERO), Scheme::ExternalForce);
-    // The force is a sum of two products there and of one here; the rest is the same.
+    // The two sums of the force round differently; the rest is the same.
     let rounding = 120.0 * 20.0 * to_f64(Real::EPSILON);
     assert_at_most(ours.0.distance(theirs.0), rounding, "position");
     assert_at_most(ours.1.distance(theirs.1), rounding, "velocity");
@@ -290,8 +287,8 @@ fn free_tops_keep_angular_momentum_and_energy() {
         println!("{name}: L {momentum:.1e}, energy {energy:.1e}, angvel {angvel:.1e}");
         // 200 steps, each with some roundings of L.
         assert_at_most(momentum, either(5e-6, 1e-12), format!("{name}: L"));
-        // The bound that this crate's rotation step keeps by its own choice of substeps; what it
-        // leaves out in the angular velocity adds up over the two periods.
+        // The rotation step chooses its substeps to keep this bound of the energy; the errors it leaves in the
+        // angular velocity add up over the two periods.
         assert_at_most(energy, 1e-5, format!("{name}: energy"));
         assert_at_most(angvel, 5e-5, format!("{name}: angular velocity"));
     }
@@ -299,8 +296,7 @@ fn free_tops_keep_angular_momentum_and_energy() {
 
 // Forces that depend on velocity.
 
-/// A charge that circles along the field with ω = 2π, for 1.25 turns; errors of position, of
-/// speed and of the radius of the circle.
+/// A charge that circles around the field with ω = 2π, for 1.25 turns: errors of position, speed and radius.
 fn helix(scheme: Scheme, steps_per_second: u32) -> [f64; 3] {
     let mut world = weightless(from_f64(1.0 / f64::from(steps_per_second)));
     let velocity = Vector::new(1.0, 0.0, 0.5);
@@ -311,7 +307,7 @@ fn helix(scheme: Scheme, steps_per_second: u32) -> [f64; 3] {
     fields
         .set_properties(collider, charge, &world.colliders)
         .expect("a collider");
-    // v' = v × B: the circle is turned through clockwise, about a point on -y.
+    // v' = v × B: the charge circles clockwise about a point on -y.
     let centre = DVec3::new(0.0, -1.0 / TAU, 0.0);
     let (mut speed, mut radius) = (Vec::new(), Vec::new());
     for _ in 0..5 * steps_per_second / 4 {
@@ -328,10 +324,10 @@ fn helix(scheme: Scheme, steps_per_second: u32) -> [f64; 3] {
     ]
 }
 
-/// The kicks turn the velocity exactly: its length stays.
+/// The kicks turn the velocity exactly and keep its length.
 #[test]
 fn magnetic_helix_is_of_second_order() {
-    // In f32, rounding shows in the last digits at more than 120 Hz.
+    // In f32, rounding shows in the error at more than 120 Hz.
     let finest = either(120.0, 480.0);
     let rates = [60, 120, 240, 480].into_iter();
     let runs: Vec<[f64; 3]> = rates
@@ -385,7 +381,7 @@ fn linear_drag_is_of_the_order_of_the_scheme() {
         let errors = runs.map(|run| run[0]);
         let what = format!("{scheme:?}, drag, position");
         assert_order(&errors, order, ORDER_BAND, &what);
-        // A kick along a force that is linear in the velocity is exact.
+        // A kick by a force that is linear in the velocity is exact.
         let speed = largest(runs.map(|run| run[1]).to_vec());
         assert_at_most(speed, either(1e-6, 1e-14), format!("{scheme:?}, speed"));
     }
@@ -393,7 +389,7 @@ fn linear_drag_is_of_the_order_of_the_scheme() {
 
 // Two ammonia molecules.
 
-/// Two molecules in each other's field, as a file has them at its start.
+/// Two molecules in each other's field, from the first rows of a file.
 struct Dimer {
     world: PhysicsWorld,
     molecules: [Molecule; 2],
@@ -414,7 +410,7 @@ impl Dimer {
                 from_dvec3(w),
             )
         });
-        // The file has no hard cores.
+        // The trajectory of the file was computed without hard cores.
         for (_, collider) in world.colliders.iter_mut() {
             collider.set_collision_groups(InteractionGroups::none());
         }
@@ -427,7 +423,7 @@ impl Dimer {
         }
     }
 
-    /// Largest distance of a molecule from where the file has it.
+    /// Largest distance of a molecule from its position in the file.
     fn position_error(&self, expected: &[Row<'_>; 2]) -> f64 {
         let pairs = self.molecules.iter().zip(expected);
         largest(pairs.map(|(molecule, row)| {
@@ -437,7 +433,7 @@ impl Dimer {
         }))
     }
 
-    /// Largest angle between a molecule and how the file has it.
+    /// Largest angle between the attitude of a molecule and that in the file.
     fn attitude_error(&self, expected: &[Row<'_>; 2]) -> f64 {
         let pairs = self.molecules.iter().zip(expected);
         largest(pairs.map(|(molecule, row)| {
@@ -496,9 +492,8 @@ fn dimer_run(text: &'static str, last: usize, steps: u32, coulomb: f64) -> Run {
 const BOUND: &str = include_str!("../data/c_trajectories/dimer_bound.csv");
 const SCATTER: &str = include_str!("../data/c_trajectories/dimer_scatter.csv");
 
-/// Errors are of the step alone as long as they are small when multiplied with the growth of a
-/// perturbation, `amp` in the files: 13 for the bound pair after 2 ps, 41 for the other after
-/// 0.8 ps, at the closest. In f32 rounding is as large.
+/// Errors are due to the step alone while they stay small under the growth of a perturbation, `amp` in the files: 13
+/// for the bound pair after 2 ps, 41 for the other after 0.8 ps, at the closest. In f32 rounding is as large.
 #[cfg(feature = "f64")]
 #[test]
 fn dimers_follow_the_converged_trajectory_at_second_order() {
@@ -519,7 +514,7 @@ fn dimers_follow_the_converged_trajectory_at_second_order() {
     }
 }
 
-/// At a step of 1 fs; the bounds are twice what was measured in f64, which f32 keeps as well.
+/// At a step of 1 fs. The bounds are twice the errors measured in f64; f32 keeps them as well.
 #[test]
 fn dimers_stay_with_the_converged_trajectory() {
     let cases = [
@@ -537,8 +532,8 @@ fn dimers_stay_with_the_converged_trajectory() {
     }
 }
 
-/// A symplectic scheme's energy swings, and does not drift: it is no worse in the second
-/// picosecond than in the first, each of many vibrations.
+/// The energy of a symplectic scheme oscillates and does not drift: its error is no larger in the second picosecond
+/// than in the first, each of many vibrations.
 #[test]
 fn energy_of_the_bound_dimer_does_not_drift() {
     let energy = dimer_run(BOUND, 50, 40, COULOMB).energy;
@@ -548,7 +543,7 @@ fn energy_of_the_bound_dimer_does_not_drift() {
     assert!(second < 1.5 * first);
 }
 
-/// That the bounds above can be missed.
+/// Shows that a wrong force exceeds the bounds above.
 #[test]
 fn a_dimer_of_the_wrong_sign_flies_apart() {
     let run = dimer_run(BOUND, 50, 40, -COULOMB);

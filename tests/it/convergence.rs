@@ -12,7 +12,7 @@ use crate::support::{Row, Table, ammonia, assert_order, insert_ball, largest, we
 /// How close to the nominal order the measured one must come, on average over the halvings.
 const ORDER_BAND: f64 = 0.1;
 
-/// Thousands of roundings.
+/// Errors below this, thousands of roundings, show no order.
 const EXACT: f64 = 1e-12;
 
 const KDK: Scheme = Scheme::KickDriftKick;
@@ -25,7 +25,7 @@ fn build(tree: impl Into<Tree>, scheme: Scheme) -> Fields {
     builder.build().expect("a valid tree")
 }
 
-/// A world for motions of any speed.
+/// A world without a limit of speed.
 fn unbounded(dt: f64) -> PhysicsWorld {
     let mut world = weightless(dt);
     world.integration_parameters.normalized_max_linear_velocity = Real::MAX;
@@ -45,11 +45,11 @@ fn state(world: &PhysicsWorld, body: RigidBodyHandle) -> (DVec3, DVec3) {
     (to_dvec3(body.translation()), to_dvec3(body.linvel()))
 }
 
-/// Runs each scheme at the step counts given, halving each time, and compares orders.
+/// Runs each scheme with the given numbers of steps and compares the orders.
 fn check(what: &str, plan: &[(Scheme, f64, [u32; 3])], run: impl Fn(Scheme, u32) -> f64) {
     for (scheme, order, counts) in plan {
         let errors = counts.map(|count| run(*scheme, count));
-        // Some motions a scheme follows exactly.
+        // A scheme is exact for some motions.
         if errors.iter().all(|error| *error < EXACT) {
             println!("{what}, {scheme:?}: exact");
             continue;
@@ -58,7 +58,7 @@ fn check(what: &str, plan: &[(Scheme, f64, [u32; 3])], run: impl Fn(Scheme, u32)
     }
 }
 
-/// Steps that double from `first` on.
+/// Numbers of steps that double from `first` on.
 const fn from(first: u32) -> [u32; 3] {
     [first, 2 * first, 4 * first]
 }
@@ -66,7 +66,7 @@ const fn from(first: u32) -> [u32; 3] {
 // The spring: x'' = −ω² x with ω = 2π, for 1.3 periods.
 
 #[test]
-fn spring() {
+fn a_spring_converges_at_the_nominal_orders() {
     let run = |scheme, count: u32| {
         let end = 1.3;
         let mut world = unbounded(end / f64::from(count));
@@ -105,7 +105,7 @@ fn orbit(case: f64, sample: usize) -> impl Fn(Scheme, u32) -> f64 {
 }
 
 #[test]
-fn kepler_half() {
+fn an_orbit_of_eccentricity_one_half_converges_at_the_nominal_orders() {
     let plan = [
         (KDK, 2.0, from(800)),
         (SUBSTEP, 2.0, from(400)),
@@ -116,7 +116,7 @@ fn kepler_half() {
 }
 
 #[test]
-fn kepler_nine_tenths() {
+fn an_orbit_of_eccentricity_nine_tenths_converges_at_the_nominal_orders() {
     let plan = [
         (KDK, 2.0, from(8000)),
         (SUBSTEP, 2.0, from(4000)),
@@ -159,7 +159,7 @@ fn gyrations(text: &'static str) -> Vec<[Row<'static>; 2]> {
 }
 
 #[test]
-fn magnetic_helix_and_drift() {
+fn magnetic_helix_and_drift_converge_at_the_nominal_orders() {
     let cases = gyrations(include_str!("../data/h_stiff/magnetic.csv"));
     assert_eq!(cases.len(), 8);
     // Two without an electric field, two with one.
@@ -174,7 +174,7 @@ fn magnetic_helix_and_drift() {
     }
 }
 
-/// However long the step: half a turn per step and more.
+/// At any step, also one of half a turn and more.
 #[test]
 fn a_magnetic_field_keeps_the_speed() {
     for (case, rows) in gyrations(include_str!("../data/h_stiff/magnetic.csv"))[..4]
@@ -215,7 +215,7 @@ fn pendulum(case: f64) -> impl Fn(Scheme, u32) -> f64 {
 fn put(world: &mut PhysicsWorld, pose: Pose, linvel: DVec3, angvel: DVec3) -> Molecule {
     let (bodies, colliders) = (&mut world.bodies, &mut world.colliders);
     let molecule = insert_molecule(bodies, colliders, pose, linvel, angvel);
-    // The files have no hard cores.
+    // The trajectories of the files were computed without hard cores.
     for site in molecule.sites {
         world.colliders[site].set_collision_groups(InteractionGroups::none());
     }
@@ -241,7 +241,7 @@ fn ammonia_fields(
 }
 
 #[test]
-fn dipole_pendulum() {
+fn a_dipole_pendulum_converges_at_the_nominal_orders() {
     for case in [0.0, 1.0, 3.0] {
         let plan = [
             (KDK, 2.0, from(80)),
@@ -280,7 +280,7 @@ fn top(text: &'static str, moments: DVec3, sample: usize) -> impl Fn(Scheme, u32
 const ASYMMETRIC: DVec3 = DVec3::new(1.557596206665039, 2.5878665447235107, 1.1970621347427368);
 
 #[test]
-fn free_tops() {
+fn free_tops_turn_exactly_at_any_step() {
     let side = include_str!("../data/e_free_top/top_largest_inertia_side.csv");
     let fast = include_str!("../data/e_free_top/top_smallest_inertia_side_fast.csv");
     let flip = include_str!("../data/e_free_top/top_near_intermediate_axis_dzhanibekov.csv");
@@ -318,7 +318,7 @@ fn ammonia_turns_freely_to_rounding() {
 // Drag.
 
 #[test]
-fn drag() {
+fn drag_converges_at_the_nominal_orders() {
     let rate = 3.0_f64;
     let linear = |scheme, count: u32| {
         let mut world = unbounded(1.0 / f64::from(count));
@@ -382,7 +382,7 @@ fn molecules(text: &'static str, count: usize, sample: usize) -> impl Fn(Scheme,
 }
 
 #[test]
-fn molecules_in_each_others_fields() {
+fn molecules_in_each_others_fields_converge_at_the_nominal_orders() {
     let bound = include_str!("../data/c_trajectories/dimer_bound.csv");
     let scatter = include_str!("../data/c_trajectories/dimer_scatter.csv");
     let cluster = include_str!("../data/c_trajectories/cluster8.csv");
@@ -430,7 +430,7 @@ fn everything(end: f64) -> (DVec3, DVec3) {
 }
 
 #[test]
-fn with_everything_on() {
+fn all_forces_together_converge_at_the_nominal_orders() {
     let run = |scheme, count: u32| {
         let end = 1.5;
         let mut world = unbounded(end / f64::from(count));
@@ -465,9 +465,9 @@ fn with_everything_on() {
     check("everything on", &plan, run);
 }
 
-/// A top with damping in a field that turns it, under gravity: against itself at finer steps.
+/// A top with damping in a field that turns it, under gravity: against a run with finer steps.
 #[test]
-fn tops_with_damping() {
+fn tops_with_damping_converge_at_the_nominal_orders() {
     let run = |scheme, count: u32| {
         let end = 1.0;
         let mut world = unbounded(end / f64::from(count));
@@ -494,13 +494,13 @@ fn tops_with_damping() {
     let exact = run(FORWARD, 4000);
     let off = |scheme, count| {
         let (x, q) = run(scheme, count);
-        // The angle by its sine: by the cosine half of the digits are lost.
+        // The angle by its sine, since the cosine loses half of the digits.
         let turn = q * exact.1.inverse();
         x.distance(exact.0).hypot(2.0 * turn.xyz().length())
     };
     let plan = [(KDK, 2.0, from(100)), (SUBSTEP, 2.0, from(50))];
     check("tops with damping", &plan, off);
-    // At finer steps it is as exact as free rotation is worked out.
+    // At finer steps the free rotation limits the error.
     let errors = [25, 50].map(|count| off(FORWARD, count));
     assert_order(&errors, 4.0, ORDER_BAND, "tops with damping, Forward4");
 }

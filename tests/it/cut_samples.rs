@@ -1,5 +1,5 @@
-//! Bodies that straddle borders: of a field that is even but for its border, a body feels the part
-//! that is inside of it, and a fluid carries what it displaces.
+//! Bodies across borders: a field that is uniform within its region acts on the part of a body inside, and a fluid
+//! lifts a body by the weight displaced.
 
 use std::f64::consts::PI;
 
@@ -11,7 +11,7 @@ use crate::lab::stability::SCHEMES;
 use crate::sampling::{cuboid_in_half_space, one, shapes, wrench};
 use crate::support::{assert_at_most, assert_close, build, either, weightless};
 
-/// The wrench on a body alone in fields.
+/// The wrench on a single body in fields.
 fn on(tree: impl Into<Tree>, pose: Pose, collider: ColliderBuilder) -> (DVec3, DVec3) {
     let (world, body) = one(pose.translation, pose.rotation, collider);
     let mut fields = Fields::new(tree).expect("a sound tree");
@@ -22,14 +22,14 @@ fn at(place: DVec3, turn: DVec3) -> Pose {
     Pose::new(from_dvec3(place), from_dvec3(turn))
 }
 
-/// 37.5 % of a bar of length 4.
+/// 37.5 % of a bar of length 4 is inside.
 #[test]
-fn a_bar_feels_the_part_that_is_inside() {
+fn a_field_acts_on_the_part_of_a_bar_inside_of_it() {
     let zone = Field::uniform(Vector::Y * 8.0).within(Region::cuboid(Vector::splat(3.0)));
     let bar = || ColliderBuilder::cuboid(2.0, 0.1, 0.1);
     let place = Pose::from_translation(Vector::X * 3.5);
     let (force, torque) = on(zone.clone(), place, bar());
-    // It reaches from 1.5 to 3, and its middle from the bar's is 2.25 − 3.5.
+    // The part inside reaches from 1.5 to 3, so its middle is 2.25 − 3.5 from that of the bar.
     let rounding = either(1e-6, 1e-14);
     assert_at_most((force - DVec3::Y * 3.0).length(), rounding, "force");
     assert_at_most(
@@ -37,7 +37,7 @@ fn a_bar_feels_the_part_that_is_inside() {
         rounding * 4.0,
         "torque",
     );
-    // At its centre it feels nothing.
+    // Sampled at its centre, which is outside, the bar gets no force.
     let at_centre = zone.clone().sampled(Sampling::Centre);
     assert_eq!(on(at_centre, place, bar()), (DVec3::ZERO, DVec3::ZERO));
     // Clear of the border, all or nothing, and no torque.
@@ -48,7 +48,7 @@ fn a_bar_feels_the_part_that_is_inside() {
 }
 
 #[test]
-fn a_box_across_a_tilted_plane_feels_its_share() {
+fn a_field_acts_on_the_part_of_a_box_behind_a_plane() {
     let half = DVec3::new(2.0, 0.5, 0.3);
     let force = DVec3::new(0.4, 2.0, -0.7);
     let zone = Field::uniform(from_dvec3(force)).within(Region::half_space(Vector::X, 0.0));
@@ -70,8 +70,8 @@ fn a_box_across_a_tilted_plane_feels_its_share() {
     }
 }
 
-/// The share of a ball behind a plane, and the first moment of that about its centre, along the
-/// plane's normal: its centre is at `height` above the plane.
+/// The share of a ball behind a plane, and the first moment of that part about the ball's centre, along the plane's
+/// normal. The centre is at `height` above the plane.
 fn ball_behind(radius: f64, height: f64) -> (f64, f64) {
     let t = (height / radius).clamp(-1.0, 1.0);
     let share = (2.0 - 3.0 * t + t.powi(3)) / 4.0;
@@ -79,7 +79,7 @@ fn ball_behind(radius: f64, height: f64) -> (f64, f64) {
 }
 
 #[test]
-fn a_ball_across_a_tilted_plane_feels_its_share() {
+fn a_field_acts_on_the_part_of_a_ball_behind_a_plane() {
     let force = DVec3::new(0.4, 2.0, -0.7);
     let mut random = Random::new(22);
     for case in 0..100 {
@@ -103,9 +103,9 @@ fn a_ball_across_a_tilted_plane_feels_its_share() {
     }
 }
 
-/// What is common to two balls, slice by slice.
+/// The expected share is the intersection of two balls, integrated in slices.
 #[test]
-fn a_ball_across_a_sphere_feels_its_share() {
+fn a_field_acts_on_the_part_of_a_ball_in_a_sphere() {
     let rounding = either(2e-5, 1e-9);
     for (radius, zone, x, tolerance) in [
         (0.5, 0.5, 0.4, rounding),
@@ -138,7 +138,7 @@ fn a_ball_across_a_sphere_feels_its_share() {
     }
 }
 
-/// The share of a shape in a region, and the first moment of that, by points of a grid.
+/// The share of a shape in a region, the first moment of that part, and the middle of the shape, by points of a grid.
 fn by_points(
     shape: &SharedShape,
     pose: &Pose,
@@ -165,9 +165,8 @@ fn by_points(
     (share / all, first / all, middle / all)
 }
 
-/// Shapes of all kinds, across regions of all kinds.
 #[test]
-fn shapes_across_borders_feel_their_shares() {
+fn a_field_acts_on_the_part_of_any_shape_in_any_region() {
     let mut random = Random::new(23);
     let far = |region: Region, way: DVec3| region.at(from_dvec3(way));
     type Test = Box<dyn Fn(DVec3) -> bool>;
@@ -220,7 +219,7 @@ fn shapes_across_borders_feel_their_shares() {
             Region::shape(SharedShape::cuboid(4.0, 4.0, 4.0)).at(Vector::X * -4.0),
             Box::new(|p| (p + DVec3::X * 4.0).abs().max_element() < 4.0),
         ),
-        // Two faces of it pass through every body, and all of them.
+        // Two faces of the first pass through every body, and all faces of the second.
         (
             "shape, thin",
             Region::shape(SharedShape::cuboid(0.15, 4.0, 4.0)),
@@ -233,7 +232,7 @@ fn shapes_across_borders_feel_their_shares() {
         ),
     ];
     let mut worst = [0.0_f64; 2];
-    // Of round shapes Parry knows the mass without their margin, which is then all there is.
+    // Round shapes are left out: Parry computes their mass properties without the margin.
     let whole = |name: &str| !name.starts_with("round");
     for (name, shape) in shapes().into_iter().filter(|(name, _)| whole(name)) {
         for (where_, region, inside) in &regions {
@@ -256,9 +255,8 @@ fn shapes_across_borders_feel_their_shares() {
     assert_at_most(worst[1], 2e-2, "shares of any shape");
 }
 
-/// Fields under operators are evaluated as a whole, in each piece.
 #[test]
-fn operators_act_piece_by_piece() {
+fn operators_act_in_each_piece_of_a_cut_body() {
     let (half, pose) = (
         DVec3::new(1.0, 0.4, 0.3),
         at(DVec3::X * 0.3, DVec3::new(0.2, 0.4, -0.3)),
@@ -300,9 +298,9 @@ fn operators_act_piece_by_piece() {
     }
 }
 
-/// A body of a ball and a box, with mass of its own besides.
+/// A body of a ball and a box, with additional mass.
 #[test]
-fn parts_feel_their_shares_of_the_mass() {
+fn a_force_is_shared_out_among_parts_by_mass() {
     let (world, body) = {
         let mut world = weightless(1.0 / 240.0);
         let body = RigidBodyBuilder::dynamic().additional_mass(3.0);
@@ -335,9 +333,9 @@ fn parts_feel_their_shares_of_the_mass() {
     }
 }
 
-/// Many zones, each with an index of its own, reach bodies whose centres they do not hold.
+/// One zone, and a hundred unlike ones.
 #[test]
-fn zones_beyond_the_centre_are_found() {
+fn zones_that_do_not_hold_the_centre_act() {
     let collider = || ColliderBuilder::cuboid(1.0, 0.2, 0.2);
     for count in [1, 100] {
         let zones = (0..count).map(|n| {
@@ -362,7 +360,7 @@ fn lift() -> Field {
     Field::buoyancy(from_f64(WATER), from_f64(G))
 }
 
-/// A half-sunk box is carried by what it displaces, at any tilt.
+/// At any tilt.
 #[test]
 fn a_box_in_the_water_displaces_what_is_below_the_surface() {
     let half = DVec3::new(0.5, 0.4, 0.7);
@@ -415,7 +413,7 @@ fn settled(shape: SharedShape, density: f64, turn: DVec3, tree: Tree) -> (f64, b
     (to_f64(body.translation().y), body.is_sleeping())
 }
 
-/// Within 0.1 % of its size of the depth at which it weighs as much as what it displaces.
+/// Floats rest within 0.1 % of their size of the depth at which they displace their weight.
 #[test]
 fn floats_settle_in_balance_and_sleep() {
     let pool = || {
@@ -427,7 +425,7 @@ fn floats_settle_in_balance_and_sleep() {
             5.0,
         )
     };
-    // Of the fluid only; what slows it is everywhere.
+    // The lift ends with the basin; the drag is everywhere.
     let air = || Field::drag(2.0, 0.0).force_mode(ForceMode::Acceleration);
     let basin = || Region::cuboid(Vector::splat(10.0)).at(Vector::Y * -10.0);
     let within = || Tree::from(lift().within(basin())).sum_union(air());
@@ -487,9 +485,8 @@ fn floats_settle_in_balance_and_sleep() {
     }
 }
 
-/// The potential falls by the work of the buoyancy.
 #[test]
-fn energies_are_those_of_the_pieces() {
+fn the_potential_falls_by_the_work_of_buoyancy() {
     let energy = |y: f64| {
         let pose = at(DVec3::Y * y, DVec3::new(0.3, 0.5, -0.7));
         let collider = ColliderBuilder::cuboid(0.5, 0.4, 0.7);
@@ -507,9 +504,8 @@ fn energies_are_those_of_the_pieces() {
     }
 }
 
-/// Explanations and questions tell what acts.
 #[test]
-fn explanations_are_of_the_pieces() {
+fn explanations_of_cut_bodies_give_their_wrench() {
     let zone = Field::uniform(Vector::Y * 4.0)
         .within(Region::ball(2.0))
         .at(Vector::X * 2.3);
@@ -532,7 +528,7 @@ fn explanations_are_of_the_pieces() {
     assert!(torque.length() > 1e-3 * size, "{torque}");
 }
 
-/// A bar that tumbles through a zone in free fall: borders do not cost the order of the scheme.
+/// A bar tumbles through a zone in free fall: borders do not lower the order of the scheme.
 #[test]
 fn tumbling_through_a_border_is_of_second_order() {
     let flight = |scheme: Scheme, steps: usize| {
@@ -557,7 +553,7 @@ fn tumbling_through_a_border_is_of_second_order() {
             to_dvec3(*body.rotation() * Vector::X),
         )
     };
-    // In `f32` roundings add up.
+    // In `f32` the roundings of more steps add up.
     let finest = if size_of::<Real>() == 4 { 960 } else { 7680 };
     let exact = flight(Scheme::KickDriftKick, finest);
     let error =
@@ -573,9 +569,8 @@ fn tumbling_through_a_border_is_of_second_order() {
     }
 }
 
-/// A bar on a smooth floor, half of it in the wind.
 #[test]
-fn half_in_the_wind_a_bar_on_ice_turns() {
+fn a_bar_on_ice_half_in_the_wind_turns() {
     let mut world = weightless(1.0 / 60.0);
     world.gravity = Vector::Y * -9.81;
     let floor = ColliderBuilder::cuboid(50.0, 0.5, 50.0).friction(0.0);
@@ -592,16 +587,16 @@ fn half_in_the_wind_a_bar_on_ice_turns() {
     }
     let body = &world.bodies[bar];
     // Half the force, at a quarter of the length: 0.3 · 0.5 about y, against 3 (1 + 0.04)/3.
-    // What a floor holds shows the velocity of its last inner iteration.
+    // A body on a floor shows the velocity of the solver's last iteration.
     assert_close(to_f64(body.linvel().z), 0.05, 5e-4, "linear");
     let exact = 0.15 / 1.04 * 0.5;
     assert_close(to_f64(body.angvel().y), exact, exact * 1e-2, "angular");
     assert_close(to_f64(body.translation().y), 0.2, 2e-3, "height");
 }
 
-/// What rests half in a gravity zone on a floor sleeps there.
+/// On a floor, half in a gravity zone.
 #[test]
-fn what_rests_across_a_border_sleeps() {
+fn a_body_at_rest_across_a_border_sleeps() {
     let mut world = weightless(1.0 / 60.0);
     world.gravity = Vector::Y * -9.81;
     let floor = ColliderBuilder::cuboid(50.0, 0.5, 50.0);

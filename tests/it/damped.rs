@@ -1,5 +1,5 @@
-//! Forces that read velocities, of any strength: nothing explodes, nothing turns back, and what falls
-//! reaches its terminal velocity, under every scheme.
+//! Forces that read velocities, of any strength, under every scheme: nothing explodes, drag reverses no motion, and
+//! falling bodies reach their terminal velocity.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -12,7 +12,7 @@ use crate::support::*;
 
 const DT: Real = 1.0 / 60.0;
 
-/// Drag of rate k over the mass, or so at the first speed.
+/// Drag of rate `k` on a mass of 1; if quadratic, with that rate at `speed`.
 fn drag(k: f64, quadratic: bool, speed: f64) -> Field {
     match quadratic {
         false => Field::drag(from_f64(k), 0.0),
@@ -25,7 +25,7 @@ fn strengths() -> impl Iterator<Item = f64> {
 }
 
 #[test]
-fn drag_slows_and_never_turns_back() {
+fn drag_slows_and_never_reverses_a_motion() {
     for scheme in SCHEMES {
         for (k, quadratic) in strengths().flat_map(|k| [(k, false), (k, true)]) {
             let mut world = weightless(DT);
@@ -37,7 +37,7 @@ fn drag_slows_and_never_turns_back() {
                 let body = &world.bodies[ball];
                 let now = to_f64(body.linvel().x);
                 let what = format!("{scheme:?}, {k:e}, quadratic {quadratic}, step {step}: {now}");
-                // What is lent to Rapier as a force stops a body but for a rounding.
+                // A force given by `add_force` stops a body only up to rounding.
                 let lent = scheme == Scheme::ExternalForce;
                 let least = if lent {
                     -12.0 * to_f64(Real::EPSILON)
@@ -46,7 +46,7 @@ fn drag_slows_and_never_turns_back() {
                 };
                 assert!((least..=last).contains(&now), "{what} after {last}");
                 assert!(body.translation().is_finite(), "{what}");
-                // Below, squares of speeds vanish, or it is a rounding.
+                // Below this, squares of speeds underflow, or the speed is rounding.
                 if now < 1e-100 || (lent && now < 12.0 * to_f64(Real::EPSILON)) {
                     break;
                 }
@@ -57,11 +57,11 @@ fn drag_slows_and_never_turns_back() {
 }
 
 #[test]
-fn what_falls_reaches_its_terminal_velocity() {
+fn falling_bodies_reach_their_terminal_velocity() {
     let mut off = Vec::new();
     for scheme in SCHEMES {
         for (k, quadratic) in strengths().flat_map(|k| [(k, false), (k, true)]) {
-            // Time enough to get there.
+            // The terminal velocity and the time to get there; more than 20 s are skipped.
             let limit = if quadratic {
                 (9.81 / k).sqrt()
             } else {
@@ -86,10 +86,10 @@ fn what_falls_reaches_its_terminal_velocity() {
             let body = &world.bodies[ball];
             let shown = -to_f64(body.linvel().y) / limit - 1.0;
             let fallen = (start - to_f64(body.translation().y)) / limit - 1.0;
-            // What gravity adds in a step is rounded.
+            // The velocity that gravity adds in a step is rounded.
             let rounding = 4.0 * to_f64(Real::EPSILON) * 9.81 * to_f64(DT) / limit;
             let bound = rounding.max(1e-3);
-            // So are places: the first step may go as far as Rapier's fastest.
+            // So are positions: the first step may go as far as Rapier's largest speed allows.
             let placed = 60.0 * to_f64(Real::EPSILON) * start.abs() / limit;
             if !(shown.abs() < bound && fallen.abs() < bound.max(placed)) {
                 let what = format!("{scheme:?}, {k:.1e}, quadratic {quadratic}");
@@ -100,7 +100,7 @@ fn what_falls_reaches_its_terminal_velocity() {
     assert!(off.is_empty(), "{off:#?}");
 }
 
-/// The speed of what falls from rest for so long.
+/// The exact speed after a fall from rest of this time.
 fn falling(k: f64, quadratic: bool, time: f64) -> f64 {
     let g = 9.81;
     if quadratic {
@@ -110,9 +110,9 @@ fn falling(k: f64, quadratic: bool, time: f64) -> f64 {
     }
 }
 
-/// In drag too weak for a terminal velocity as well, under gravity of either kind.
+/// Also in drag too weak to reach the terminal velocity; gravity is Rapier's or a field.
 #[test]
-fn what_falls_is_as_fast_as_it_should_be() {
+fn falling_bodies_have_the_speed_of_the_closed_form() {
     let down = Vector::Y * -9.81;
     let mut off = Vec::new();
     for scheme in SCHEMES {
@@ -127,7 +127,7 @@ fn what_falls_is_as_fast_as_it_should_be() {
                         tree = tree.sum_union(pull);
                     }
                 }
-                // A millionth of what it can reach: at rest no drag acts, and the first step is Rapier's.
+                // Starts at a millionth of the terminal velocity: at rest no drag acts, and the first step is Rapier's.
                 let most = falling(k, quadratic, f64::INFINITY);
                 let linvel = Vector::Y * from_f64(-1e-6 * most.min(1.0));
                 let ball = insert_ball(&mut world, 1.0, Vector::ZERO, linvel);
@@ -140,7 +140,7 @@ fn what_falls_is_as_fast_as_it_should_be() {
                 // The implicit scheme is of first order.
                 let first = scheme == Scheme::LinearlyImplicit;
                 let bound: f64 = if first { 5e-3 } else { 1e-3 };
-                // What gravity adds in a step is rounded.
+                // The velocity that gravity adds in a step is rounded.
                 let rounding = 4.0 * to_f64(Real::EPSILON) * 9.81 * to_f64(DT) / most;
                 if share.is_nan() || share.abs() > bound.max(rounding) {
                     let what = format!("{scheme:?}, {k:.1e}, quadratic {quadratic}");
@@ -179,10 +179,9 @@ fn gyration_keeps_the_speed() {
     }
 }
 
-/// A spring and a drag on bodies that a joint holds: these lose as much as by Rapier's damping of the same
-/// rate, which the fields know nothing of.
+/// Beside a spring, as much as Rapier's own damping of the same rate.
 #[test]
-fn drag_takes_energy_from_what_joints_hold() {
+fn drag_takes_energy_from_bodies_on_joints() {
     for kind in [Kind::Pendulum, Kind::Rod] {
         for turn in [0.03, 0.1, 0.3, 0.9] {
             let run = |damping| {
@@ -200,9 +199,9 @@ fn drag_takes_energy_from_what_joints_hold() {
     }
 }
 
-/// What does not read velocities is asked as often as without a drag beside it.
+/// The other field does not read velocities.
 #[test]
-fn drag_has_no_other_field_asked_again() {
+fn drag_causes_no_evaluations_of_other_fields() {
     let asked = |scheme: Scheme, drag: bool| {
         let count = Arc::new(AtomicUsize::new(0));
         let counted = Arc::clone(&count);
@@ -231,7 +230,7 @@ fn drag_has_no_other_field_asked_again() {
     }
 }
 
-/// Drag, Rapier's damping and gravity, of a ball and of a box, which is sampled at many points.
+/// Drag, Rapier's damping and gravity on a ball, and on a box, which is sampled at many points.
 #[test]
 fn drag_and_damping_act_once_each() {
     let (drag, damping, spin_damping) = (0.3, 0.5, 0.7);

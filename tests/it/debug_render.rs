@@ -1,4 +1,4 @@
-//! The drawing of fields: where its lines are, and that it stops where it says so.
+//! Debug rendering of fields: the places and colours of lines, and the bound on their number.
 
 use rapier3d_fields::debug_render::FieldDebugRenderMode as Mode;
 use rapier3d_fields::debug_render::{
@@ -9,7 +9,6 @@ use rapier3d_fields::prelude::*;
 
 use crate::support::collide::{cross_checked, overlapping, step, unseen};
 
-/// A line that was drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Line {
     body: Option<RigidBodyHandle>,
@@ -66,7 +65,6 @@ fn still() -> FieldDebugRenderStyle {
     }
 }
 
-/// The lines of a mode, and the outcome.
 fn render(
     style: FieldDebugRenderStyle,
     mode: Mode,
@@ -150,7 +148,6 @@ fn a_cuboid_has_twelve_edges() {
     }
 }
 
-/// Where the surface of each solid is, for the points of its outline.
 #[test]
 fn outlines_lie_on_the_surfaces_of_solids() {
     let world = free_world();
@@ -230,7 +227,7 @@ fn each_instance_has_its_outline() {
     }
 }
 
-/// A wind whose lee replaces it, and a planet that both leave out.
+/// A wind that is replaced in its lee.
 fn wind_and_lee() -> Tree {
     let wind = Field::uniform(Vector::new(2.0, 1.0, 0.0)).named("wind");
     let lee = Field::radial(-3.0, 1.0)
@@ -278,7 +275,7 @@ fn arrows_point_along_the_field() {
 }
 
 #[test]
-fn points_of_arrows_have_the_colour_of_the_field_that_counts() {
+fn arrow_heads_have_the_colour_of_the_field_that_counts() {
     let world = free_world();
     let fields = Fields::new(wind_and_lee()).expect("a valid tree");
     let mode = Mode::SLICE_ARROWS | Mode::COUNTING_FIELDS;
@@ -299,7 +296,7 @@ fn points_of_arrows_have_the_colour_of_the_field_that_counts() {
         let expected = if inside { lee } else { wind };
         assert_eq!([arrow[1].color, arrow[2].color], [expected; 2]);
     }
-    // Where two fields add up, the point has both colours.
+    // Where two fields add up, the head has both colours.
     let sum = Field::uniform(Vector::X).sum_union(Field::uniform(Vector::Y));
     let fields = Fields::new(sum).expect("a valid tree");
     let handles: Vec<_> = fields.set.iter().map(|(handle, _)| handle).collect();
@@ -358,7 +355,7 @@ fn stream_lines_of_a_planet_are_straight_and_end_at_its_centre() {
         assert!(end.length() < 0.06, "{end}");
         assert!(path.len() > (seed.length() / 0.05) as usize - 2);
     }
-    // It ends at the border of a region.
+    // A stream line ends at the border of a region.
     let here = Field::uniform(Vector::X).within(Region::ball(1.0));
     let [path] = &streams(here, &[Vector::ZERO])[..] else {
         panic!("one seed")
@@ -447,7 +444,7 @@ fn disagreements_with_rapier_have_a_colour_of_their_own() {
 }
 
 #[test]
-fn it_stops_at_the_bound_on_lines_and_says_so() {
+fn rendering_stops_at_the_bound_on_lines_and_reports_it() {
     let world = free_world();
     let tree = wind_and_lee().sum_union(push_within(Region::ball(3.0)));
     let fields = Fields::new(tree).expect("a valid tree");
@@ -466,7 +463,7 @@ fn it_stops_at_the_bound_on_lines_and_says_so() {
     assert_eq!((lines.len(), outcome.limit_reached), (all.len(), false));
 }
 
-/// Nothing that is not finite reaches the backend, whose recorder would panic.
+/// No line that is not finite reaches the backend; the recorder would panic at one.
 #[test]
 fn fields_that_are_not_finite_draw_no_arrows() {
     for bad in [Real::NAN, Real::INFINITY, Real::NEG_INFINITY] {
@@ -486,7 +483,7 @@ fn fields_that_are_not_finite_draw_no_arrows() {
 
 /// Edits that are refused only at the next step, styles and places out of range.
 #[test]
-fn nothing_makes_it_panic() {
+fn rendering_never_panics() {
     let mut world = free_world();
     let body = ball(&mut world, Vector::X * Real::MAX);
     let mut fields = Fields::new(push_within(Region::ball(1.0)).named("it")).expect("a field");
@@ -533,7 +530,7 @@ fn nothing_makes_it_panic() {
 }
 
 #[test]
-fn disabled_fields_and_parts_that_are_off_draw_nothing() {
+fn inactive_fields_and_empty_modes_draw_nothing() {
     let mut world = free_world();
     ball(&mut world, Vector::X);
     let tree = push_within(Region::ball(3.0)).named("it");
@@ -549,7 +546,7 @@ fn disabled_fields_and_parts_that_are_off_draw_nothing() {
     assert!(render(still(), Mode::all(), &fields, &world).0.is_empty());
 }
 
-/// The default view goes around the bodies, or around the fields if there are none.
+/// The default view shows the surroundings of the bodies, or of the fields if there are no bodies.
 #[test]
 fn the_view_follows_the_bodies() {
     let mut world = free_world();
@@ -562,7 +559,7 @@ fn the_view_follows_the_bodies() {
         let (lines, _) = render(style, Mode::SLICE_ARROWS, fields, world);
         lines.chunks(3).map(|arrow| arrow[0].a).collect::<Vec<_>>()
     };
-    // Of nine points three apart, those of the ball.
+    // Of nine points 3 apart, five are in the ball.
     assert_eq!(arrows(&fields, &world).len(), 5);
     let everywhere = Fields::new(Field::uniform(Vector::X)).expect("a field");
     ball(&mut world, Vector::new(-2.0, 1.0, 5.0));

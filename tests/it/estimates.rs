@@ -6,7 +6,7 @@ use rapier3d_fields::{ErrorEstimate, Substeps};
 
 use crate::support::either;
 
-/// A ball of 1 kg in a field, and what it does in closed form.
+/// A ball of 1 kg in a field, and its motion in closed form.
 struct Known {
     name: &'static str,
     field: Field,
@@ -70,18 +70,17 @@ impl Known {
     }
 }
 
-/// Estimates are the errors of the steps that follow within a factor of 1.3; where the order is taken for the
-/// lowest and may be two, they may be half as large again.
+/// Within a factor of 1.3; where order one is assumed and the order may be two, estimates may be larger by half.
 #[test]
-fn estimates_are_the_errors() {
-    // Of the schemes whose error is far above rounding.
+fn estimates_agree_with_the_errors() {
+    // The schemes whose error is far above rounding.
     let schemes = [
         (Scheme::KickDriftKick, 1.3),
         (Scheme::Kick, 2.0),
         (Scheme::ExternalForce, 2.0),
         (Scheme::LinearlyImplicit, 2.0),
         (Scheme::Substep(Substeps::Fixed(2)), 1.3),
-        // For which neither is stiff, in either copy.
+        // Neither motion is stiff for it, in either copy.
         (Scheme::Auto { tolerance: 0.1 }, 2.0),
     ];
     for known in [spring(), kepler()] {
@@ -125,9 +124,9 @@ fn fourth_order_is_estimated_too() {
     }
 }
 
-/// Asking changes nothing, on a world on its way, with contacts.
+/// Also in a world in motion with contacts.
 #[test]
-fn asking_leaves_no_trace() {
+fn an_estimate_changes_nothing() {
     let run = |ask: bool| {
         let known = spring();
         let (mut world, ball, mut fields) = known.build(Scheme::KickDriftKick);
@@ -153,7 +152,7 @@ fn asking_leaves_no_trace() {
 }
 
 #[test]
-fn what_cannot_be_stepped_is_an_error() {
+fn an_estimate_fails_where_a_step_would() {
     let (mut world, _, fields) = spring().build(Scheme::KickDriftKick);
     let none = fields.estimate_error(&world, 0).expect("no steps");
     assert_eq!(none[0].position, 0.0);
