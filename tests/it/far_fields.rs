@@ -1,4 +1,4 @@
-//! Very many sources, of which those that are far act together: how right that is, and where it ends.
+//! Distant sources that act together (`Field::opening_angle`): the error of their forces, and the laws that refuse it.
 
 use rapier3d_fields::field::Query;
 use rapier3d_fields::math::{DVec3, from_f64, to_dvec3, to_f64};
@@ -7,7 +7,7 @@ use rapier3d_fields::reference::Reference;
 
 use crate::support::weightless;
 
-/// A number from 0 to 1 that follows from its own.
+/// A number from 0 to 1 that looks random and is the same for the same arguments.
 fn random(number: usize, kind: usize) -> f64 {
     let mut bits = (number as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ (kind as u64) << 17;
     for _ in 0..2 {
@@ -16,7 +16,7 @@ fn random(number: usize, kind: usize) -> f64 {
     (bits >> 11) as f64 / (1_u64 << 53) as f64
 }
 
-/// A cluster, the denser the nearer to its middle.
+/// The position of a source in a cluster that is denser towards its centre.
 fn place(number: usize) -> Vector {
     let [z, turn, far] = [0, 1, 2].map(|kind| random(number, kind));
     let (z, turn) = (2.0 * z - 1.0, std::f64::consts::TAU * turn);
@@ -25,7 +25,7 @@ fn place(number: usize) -> Vector {
     Vector::from_array((way * 50.0 * far).to_array().map(from_f64))
 }
 
-/// A body that touches nothing.
+/// Inserts a body of unit mass without colliders.
 fn insert(world: &mut PhysicsWorld, at: Vector) -> RigidBodyHandle {
     let body = RigidBodyBuilder::dynamic().translation(at);
     world.insert_body(body.additional_mass(1.0).can_sleep(false))
@@ -39,7 +39,7 @@ fn vectors(world: &PhysicsWorld, fields: &Fields) -> Vec<DVec3> {
         .collect()
 }
 
-/// The forces on some bodies that all carry a field, and the potential energy.
+/// The forces on bodies that each carry a field, and the potential energy.
 fn forces(count: usize, field: impl Fn(usize) -> Field) -> (Vec<DVec3>, f64) {
     let mut world = weightless(1e-6);
     let bodies: Vec<_> = (0..count)
@@ -58,7 +58,7 @@ fn forces(count: usize, field: impl Fn(usize) -> Field) -> (Vec<DVec3>, f64) {
     (vectors(&world, &fields), energy.total)
 }
 
-/// The root of the mean square of what is off, over that of the forces.
+/// The root mean square of the errors, over that of the forces.
 fn error(found: &[DVec3], exact: &[DVec3]) -> f64 {
     let square =
         |all: &mut dyn Iterator<Item = DVec3>| all.map(|v| v.length_squared()).sum::<f64>();
@@ -74,8 +74,8 @@ fn pull(power: Real, mixed: bool) -> impl Fn(usize) -> Field {
     }
 }
 
-/// The first moment that is left out is the third: the error falls with the third power of the angle,
-/// in a sum of cells of all sizes about with the power 2.5 to 4.
+/// Moments from the third on are left out, so the error falls with the third power of the angle; summed over cells of
+/// all sizes, with a power of about 2.5 to 4.
 #[test]
 fn smaller_angles_err_less() {
     for (power, mixed, at_half) in [
@@ -96,7 +96,7 @@ fn smaller_angles_err_less() {
             format!("power {power}, mixed {mixed}: {wide:e}, {half:e} ({off:e}), {narrow:e}");
         println!("{case}");
         assert!(half < at_half && off < at_half, "{case}");
-        // Down to rounding.
+        // The errors cannot fall below rounding.
         let floor = 20.0 * to_f64(Real::EPSILON);
         assert!(
             wide > 4.0 * half - floor && half > 4.0 * narrow - floor,
@@ -106,7 +106,7 @@ fn smaller_angles_err_less() {
     }
 }
 
-/// Springs have no third moment: the expansion is all there is.
+/// The force of a spring is linear, so the expansion is exact.
 #[test]
 fn springs_are_exact() {
     let spring = |number: usize| Field::radial(-from_f64(0.5 + random(number, 3)), 1.0);
@@ -116,9 +116,9 @@ fn springs_are_exact() {
     assert!(off < 8.0 * to_f64(Real::EPSILON), "{off:e}");
 }
 
-/// The bits are the same again, and those of fewer sources are those without an angle.
+/// Below 512 sources the bits are those without an angle; a second run gives the same bits.
 #[test]
-fn few_sources_are_tried_one_by_one() {
+fn few_sources_are_evaluated_one_by_one() {
     let (far, exact) = (pull(-2.0, false), pull(-2.0, false));
     let with = |count| forces(count, |number| far(number).opening_angle(0.5)).0;
     assert_eq!(with(511), forces(511, &exact).0);
@@ -126,9 +126,9 @@ fn few_sources_are_tried_one_by_one() {
     assert_eq!(with(600), with(600));
 }
 
-/// A body of 600 sources, far from each other, does not push itself; and is felt, and feels.
+/// A body that carries 600 sources, far apart, gets no force from them. It acts on a probe, and the probe on it.
 #[test]
-fn what_a_body_carries_does_not_act_on_it() {
+fn sources_do_not_act_on_the_body_that_carries_them() {
     let mut world = weightless(1e-3);
     let wide = RigidBodyBuilder::dynamic().additional_mass(1.0);
     let wide = world.insert_body(wide);
@@ -165,7 +165,7 @@ fn what_a_body_carries_does_not_act_on_it() {
     }
 }
 
-/// Sources that stand still are kept sorted; edits are seen, and each point has what the reference gives.
+/// Sources that stand still stay sorted between steps; after each edit the force still agrees with the reference.
 #[test]
 fn edits_of_still_sources_are_followed() {
     let mut world = weightless(1e-3);
@@ -209,7 +209,7 @@ fn edits_of_still_sources_are_followed() {
     }
 }
 
-/// Masses that pull each other keep energy and momentum about as they do without an angle.
+/// Masses that attract each other conserve energy and momentum about as well as without an angle.
 #[test]
 fn a_cluster_keeps_its_energy() {
     let run = |angle: Option<Real>| {
@@ -255,9 +255,9 @@ fn a_cluster_keeps_its_energy() {
     assert!(momentum < 1e-3, "{momentum:e}");
 }
 
-/// One body that has flown off leaves the others as they were, and as fast.
+/// With one body flown off to 3e12, forces are finite and the step still ends in time.
 #[test]
-fn one_that_is_far_off_does_not_matter() {
+fn a_body_very_far_off_leaves_forces_finite() {
     let far = pull(-2.0, false);
     let count = 30_000;
     let mut world = weightless(1e-6);
@@ -273,7 +273,7 @@ fn one_that_is_far_off_does_not_matter() {
         .expect("valid fields");
     let start = std::time::Instant::now();
     fields.step(&mut world).expect("finite forces");
-    // All pairs would take a hundred times as long; this is to see whether it ends.
+    // Printed, not asserted: all pairs would take a hundred times as long.
     println!("{:?}", start.elapsed());
     assert!(
         vectors(&world, &fields)
@@ -282,9 +282,9 @@ fn one_that_is_far_off_does_not_matter() {
     );
 }
 
-/// Derivatives, and the forces that schemes take with them, see the same cells.
+/// Schemes that use derivatives take them from the same cells as the forces.
 #[test]
-fn schemes_that_read_derivatives_agree() {
+fn schemes_that_use_derivatives_agree_with_the_exact_sum() {
     let run = |angle: Option<Real>| {
         let mut world = weightless(0.05);
         let bodies: Vec<_> = (0..550).map(|n| insert(&mut world, place(n))).collect();
@@ -312,7 +312,7 @@ fn schemes_that_read_derivatives_agree() {
     let ((exact, stiff), (found, about)) = (run(None), run(Some(0.3)));
     let off = error(&found, &exact);
     assert!(off > 0.0 && off < 1e-3, "{off:e}");
-    // What is left out of derivatives is of the second order in the angle.
+    // Derivatives leave out terms of second order in the angle.
     let bound = 0.3 * 0.3;
     for (body, (about, stiff)) in about.iter().zip(&stiff).enumerate() {
         assert!(
@@ -344,7 +344,7 @@ fn sources_may_stand_anywhere() {
         let off = (found - exact).length();
         assert!(off <= 2e-3 * exact.length() + 1e-6, "{found}, {exact}");
     };
-    // All in one place, two places, on a line, and from near to very far.
+    // All at one point, at two points, on a line, and from near to very far.
     at(&|_| Vector::new(3.0, 0.0, 0.0));
     at(&|number| Vector::X * (number % 2) as Real * 9.0);
     at(&|number| Vector::Y * number as Real);

@@ -1,5 +1,5 @@
-//! What fields give that cannot be given to Rapier: by every policy, under every scheme, all other
-//! bodies move as they would without it, and no number that is not finite comes into the world.
+//! Forces that cannot be given to Rapier: under every policy and scheme, all other bodies move as they would without
+//! them, and every number in the world stays finite.
 
 mod refused;
 
@@ -12,19 +12,19 @@ use crate::support::{assert_at_most, insert_ball, weightless};
 
 const GOES_ON: [FaultPolicy; 2] = [FaultPolicy::LeaveOut, FaultPolicy::Quarantine];
 const STEPS: usize = 12;
-/// The region of bad values is beyond this.
+/// The region of bad values is beyond this x.
 const FAR: Real = 50.0;
 
-/// What is wrong with a field, from the very first step on or by and by.
+/// The fault of a field.
 #[derive(Clone, Copy, Debug)]
 enum Bad {
     Nan,
     Infinite,
-    /// Nothing is wrong at first.
+    /// Finite at first, NaN after 0.05 s.
     Later,
-    /// In one point, where a body stands.
+    /// Not finite at one point, where a body stands.
     Singular,
-    /// Finite, but too much for any velocity.
+    /// Finite, but too large for any velocity.
     Huge,
 }
 
@@ -52,7 +52,7 @@ impl Bad {
             Bad::Huge => Field::uniform(Vector::Y * (Real::MAX / 4.0)),
         };
         let region = match self {
-            // Around its own place.
+            // In the field's frame, so around its anchor.
             Bad::Singular => Region::ball(1.0),
             _ => Region::half_space(-Vector::X, -FAR),
         };
@@ -60,7 +60,7 @@ impl Bad {
     }
 }
 
-/// A heap on a floor under gravity, and far from it the body that comes to grief.
+/// A heap on a floor under gravity, and far from it the body on which the bad forces act.
 fn world() -> (PhysicsWorld, RigidBodyHandle) {
     let mut world = PhysicsWorld::new();
     let floor = RigidBodyBuilder::fixed().translation(Vector::Y * -0.5);
@@ -87,7 +87,7 @@ fn world() -> (PhysicsWorld, RigidBodyHandle) {
     (world, bad)
 }
 
-/// What acts on all, the culprit aside.
+/// The fields besides the culprit; they act on all bodies.
 fn good() -> Tree {
     let pull = Field::uniform(Vector::new(0.5, 0.0, 0.25)).force_mode(ForceMode::Acceleration);
     let heap = Field::spring(3.0).within(Region::ball(20.0));
@@ -99,7 +99,7 @@ fn fields(tree: impl Into<Tree>, scheme: Scheme, policy: FaultPolicy) -> Fields 
     builder.build().expect("a valid tree")
 }
 
-/// One step around a pipeline of one's own.
+/// A step by `begin` and `finish` around the user's own pipeline.
 pub fn own_step(fields: &mut Fields, world: &mut PhysicsWorld, pipeline: &mut PhysicsPipeline) {
     let open = fields.begin(WorldMut::from(&mut *world)).expect("begins");
     pipeline.step(
@@ -133,14 +133,14 @@ fn assert_finite(world: &PhysicsWorld, place: &str) {
     assert!(world.quarantine().is_empty(), "{place}: Rapier saw it");
 }
 
-/// Those of all but one body.
+/// The states of all bodies but one.
 fn others(world: &PhysicsWorld, one: RigidBodyHandle) -> Vec<Vec<u64>> {
     let mut all = bits(world);
     all.remove(one.into_raw_parts().0 as usize);
     all
 }
 
-/// The warnings about faults: the body and whether it was left out.
+/// The warnings about faults: the body, and the policy by which it was treated.
 fn told(fields: &Fields) -> Vec<(RigidBodyHandle, FaultPolicy)> {
     let warnings = fields.warnings().iter();
     let told = warnings.filter_map(|warning| match warning {
@@ -157,9 +157,9 @@ fn told(fields: &Fields) -> Vec<(RigidBodyHandle, FaultPolicy)> {
     told.collect()
 }
 
-/// Both routes agree, and all others move as if there were no culprit.
+/// `step` agrees with `begin` and `finish`, and all other bodies move as if there were no culprit.
 #[test]
-fn the_others_move_as_without_it() {
+fn other_bodies_move_as_without_the_culprit() {
     for scheme in SCHEMES {
         // Without the culprit.
         let (mut plain, bad) = world();
@@ -189,7 +189,7 @@ fn the_others_move_as_without_it() {
                 assert_eq!(&others(&easy, bad), wanted, "{place}: the others");
                 let told = told(&by_step);
                 assert!(told.iter().all(|it| *it == (bad, policy)), "{told:?}");
-                // As texts: NaN is not NaN.
+                // Compared as texts, because NaN differs from itself.
                 let texts = [&by_step, &by_halves].map(|it| format!("{:?}", it.warnings()));
                 assert_eq!(texts[0], texts[1], "{place}");
                 warned += told.len();
@@ -215,9 +215,9 @@ fn the_others_move_as_without_it() {
     }
 }
 
-/// What is left out is as if it were not there, for the body itself.
+/// A body whose bad forces are left out moves as if their field were not there.
 #[test]
-fn what_is_left_out_does_nothing() {
+fn forces_that_are_left_out_have_no_effect() {
     for scheme in SCHEMES {
         let end = |tree: Tree| {
             let (mut world, bad) = world();
@@ -235,19 +235,19 @@ fn what_is_left_out_does_nothing() {
             let error = errors.map(|error| to_f64(error.length()));
             let error = error.into_iter().fold(0.0, f64::max);
             let place = format!("{scheme:?}, {what:?}");
-            // Places of 50 m, in either precision.
+            // Roundings of coordinates of 50 m, in either precision.
             assert_at_most(error, 400.0 * to_f64(Real::EPSILON), place);
         }
-        // Under what would make it too fast no field acts, so its torque alone does.
+        // No field acts on a body that forces would make too fast; the user's torque still does.
         let found = end(good().sum_union(Bad::Huge.field()));
         assert_eq!(found.1, Vector::ZERO, "{scheme:?}");
         assert!(found.2.length() > 0.0, "{scheme:?}");
     }
 }
 
-/// Warnings say which field gives what to which body, where.
+/// Warnings state the collider, the point and the force of the fault.
 #[test]
-fn warnings_name_what_was_wrong() {
+fn warnings_state_the_collider_the_point_and_the_force() {
     for scheme in SCHEMES {
         for policy in GOES_ON {
             let (mut world, bad) = world();
@@ -278,7 +278,7 @@ fn warnings_name_what_was_wrong() {
     }
 }
 
-/// A body that was put right goes on as any other.
+/// A body that is moved out of the bad region and enabled again moves as any other.
 #[test]
 fn quarantine_can_be_ended() {
     for scheme in SCHEMES {
@@ -294,14 +294,14 @@ fn quarantine_can_be_ended() {
             assert_eq!(told(&fields), [], "{scheme:?}");
         }
         let speed = world.bodies[bad].linvel() - Vector::new(0.5, 0.0, 0.25) / 6.0;
-        // Rapier gives it its mass back in its own step, after the first half of ours.
+        // Rapier restores the mass of the body in its own step, after the first half of the fields' step.
         assert_at_most(to_f64(speed.length()), 0.01, format!("{scheme:?}"));
     }
 }
 
-/// Many at once, in the thick of the others.
+/// Many bodies at once, in a row with others.
 #[test]
-fn a_region_of_bad_values_takes_whoever_comes_in() {
+fn a_region_of_bad_values_disables_bodies_under_quarantine_only() {
     for scheme in SCHEMES {
         for policy in GOES_ON {
             let mut world = weightless(1.0 / 60.0);
@@ -329,7 +329,7 @@ fn a_region_of_bad_values_takes_whoever_comes_in() {
     }
 }
 
-/// Bodies that pull at each other go on with whom is left.
+/// Bodies that attract each other go on by the remaining forces.
 #[test]
 fn bodies_that_act_on_each_other_go_on() {
     for scheme in SCHEMES {
@@ -345,7 +345,7 @@ fn bodies_that_act_on_each_other_go_on() {
                 assert_finite(&world, &format!("{scheme:?}, {policy:?}"));
             }
             let momentum: Vector = balls[..2].iter().map(|it| world.bodies[*it].linvel()).sum();
-            // The third pulls at them from afar.
+            // The third ball attracts the other two from afar.
             let off = momentum - Vector::Y * 2.0;
             assert_at_most(
                 to_f64(off.length()),
@@ -356,9 +356,9 @@ fn bodies_that_act_on_each_other_go_on() {
     }
 }
 
-// Forces that are lent to Rapier.
+// Forces that Rapier applies in its step: loads of held bodies, and forces on links.
 
-/// A ball, a box on the floor, and the last of three links, each under a force of this size.
+/// A box on the floor, a ball in the air and three links, each under a force of the fields and one of the user.
 fn lent(scheme: Scheme, policy: FaultPolicy, force: Real, own: Real) -> (PhysicsWorld, Fields) {
     let mut world = PhysicsWorld::new();
     let floor = RigidBodyBuilder::fixed().translation(Vector::Y * -0.5);
@@ -392,9 +392,9 @@ fn lent(scheme: Scheme, policy: FaultPolicy, force: Real, own: Real) -> (Physics
     (world, fields(tree, scheme, policy))
 }
 
-/// No force that is lent is turned into rest, or into what is not finite, without a word.
+/// A force that would overflow in Rapier's step is refused or reported; no body stops or becomes NaN without a warning.
 #[test]
-fn lent_forces_do_not_overflow_in_silence() {
+fn forces_in_rapiers_step_do_not_overflow_without_a_warning() {
     let most = Real::MAX;
     let sizes = [1e30, most / 4.0, most * 0.9].map(|x| (x, 0.0));
     for scheme in SCHEMES {
@@ -435,9 +435,9 @@ fn lent_forces_do_not_overflow_in_silence() {
     }
 }
 
-/// What Rapier cuts down is told, of links and of what it holds, too.
+/// Speeds that Rapier cuts down are reported, for links as for a free ball.
 #[test]
-fn lent_forces_beyond_the_cap_are_told() {
+fn speeds_beyond_rapiers_cap_are_reported() {
     for scheme in SCHEMES {
         let (mut world, mut fields) = lent(scheme, FaultPolicy::default(), 1e6, 0.0);
         fields.step(&mut world).expect("a step");
@@ -457,13 +457,13 @@ fn lent_forces_beyond_the_cap_are_told() {
     }
 }
 
-/// A link in quarantine: what is left of its articulation goes on.
+/// The rest of the articulation of a link with bad forces goes on.
 #[test]
 fn a_link_in_quarantine_leaves_the_world_finite() {
     for scheme in SCHEMES {
         for policy in GOES_ON {
             let (mut world, _) = lent(scheme, policy, 0.0, 0.0);
-            // The last link alone.
+            // Contains the last link only.
             let bad = Field::closure([], |_: &Sample| Vector::splat(Real::NAN));
             let near =
                 Region::ball(0.3).at(world.bodies.iter().last().expect("a link").1.translation());
@@ -520,17 +520,17 @@ fn soft_bodies_follow_the_policy() {
                     (true, Bad::Huge) => 0.0,
                     (true, _) => 0.5,
                 };
-                // What was given before it was bad, and by halves.
+                // The tolerance is the force before it is bad, and half a kick.
                 assert_at_most((speed(cloths[1]) - wanted).abs(), 0.05, place);
             }
         }
     }
 }
 
-// The short way for one uniform field.
+// A single uniform field, which has an evaluation of its own.
 
 #[test]
-fn a_body_of_no_weight_is_no_fault_of_the_short_way() {
+fn a_uniform_field_is_a_fault_on_a_tiny_mass_only_where_it_overflows() {
     for scheme in [Scheme::KickDriftKick, Scheme::Kick] {
         for policy in [
             FaultPolicy::LeaveOut,
@@ -559,9 +559,9 @@ fn a_body_of_no_weight_is_no_fault_of_the_short_way() {
     }
 }
 
-/// Two thousand bodies in two thousand fields, each infinite in one: cubic work would not end.
+/// Each of 2000 bodies is where one of 2000 fields is infinite: cubic work would not end.
 #[test]
-fn very_many_faults_at_once_are_told() {
+fn two_thousand_faults_at_once_are_reported() {
     const COUNT: usize = 2000;
     for policy in GOES_ON {
         let mut world = weightless(1.0 / 60.0);
@@ -596,12 +596,12 @@ fn very_many_faults_at_once_are_told() {
     }
 }
 
-/// 95daff4: a panic (index out of bounds), or with one body more the pose of another body in the
-/// records. The places of bodies that were to be moved again, found before a light one was put in quarantine, were
-/// used after. Now the others move as in a world without it.
+/// 95daff4 panicked (index out of bounds) or, with one more body, recorded the pose of another body: the indices of
+/// bodies to be moved again were found before a light one was put in quarantine, and used after. Now the others move as
+/// in a world without it.
 #[test]
-fn bodies_moved_again_beside_one_in_quarantine() {
-    // The fastest that can be squared, times the time.
+fn bodies_that_move_again_are_unaffected_by_one_in_quarantine() {
+    // Per time: the largest speed whose square is finite.
     let slope = Real::MAX.sqrt() * 7.2;
     let masses: [Real; 4] = [1.0, 1e3, 1e6, 1e9];
     for scheme in [

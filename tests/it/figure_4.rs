@@ -1,5 +1,5 @@
-//! The paper's Figure 4 as drawn: each ball has an attraction that a collision field replaces where balls touch, and all of
-//! them are summed. The balls attract one another until they collide, and bounce.
+//! The paper's Figure 4 as drawn: each ball has an attraction that a collision field replaces where balls touch, and
+//! all of them are summed. The balls attract one another until they collide, and bounce.
 
 use rapier3d_fields::Detection;
 use rapier3d_fields::contact::FieldContact;
@@ -10,7 +10,7 @@ use crate::support::numbers::Numbers;
 use crate::support::weightless;
 
 const RADIUS: f64 = 0.3;
-/// Of the attraction, `PULL`/r².
+/// The range of the attraction, which is `PULL`/r².
 const REACH: f64 = 4.0;
 const PULL: f64 = 0.2;
 const STEPS_A_SECOND: usize = 60;
@@ -25,7 +25,7 @@ struct Totals {
     kinetic: f64,
     potential: f64,
     momentum: DVec3,
-    /// The sum of the amounts of momentum.
+    /// The sum of the magnitudes of momentum.
     speeds: f64,
     /// The least distance between surfaces.
     gap: f64,
@@ -106,7 +106,7 @@ fn fields(tree: Tree, detection: Detection) -> Fields {
 #[test]
 fn objects_attract_one_another_and_bounce() {
     for detection in [Detection::Discrete, Detection::Swept] {
-        // A ball that overlaps another at the end of a step turned back late.
+        // Discrete detection turns balls back late, at the end of the step in which they overlap.
         let tolerance = match detection {
             Detection::Discrete => 2e-2,
             _ => 2e-3,
@@ -127,7 +127,7 @@ fn objects_attract_one_another_and_bounce() {
                     gained.abs() <= tolerance * most,
                     "{about}: {gained} of {most}"
                 );
-                // Equal and opposite but for hits within a step, after which bodies no longer feel one another alike.
+                // Forces of a pair are equal and opposite, except after a hit within a step.
                 let off = (now.momentum - start.momentum).length();
                 assert!(off <= 3e-4 * now.speeds, "{about}: {off} of {}", now.speeds);
                 let is_apart = detection == Detection::Discrete || now.gap >= -1e-5;
@@ -140,7 +140,7 @@ fn objects_attract_one_another_and_bounce() {
     }
 }
 
-/// The tree of the figure, node by node: a sum of composites, each of the two fields of one object.
+/// The tree of the figure, node by node, is a sum of composites, each of the two fields of one object.
 #[test]
 fn instances_are_the_sum_of_their_objects() {
     for detection in [Detection::Discrete, Detection::Swept] {

@@ -1,5 +1,5 @@
-//! Who owns a force and for how long: fields act anew in each step, the user's forces stay the
-//! user's, sleepers sleep, and what changes between steps counts from the next step on.
+//! The lifetime of forces: fields act anew in each step, the user's forces are kept, bodies fall asleep, and changes
+//! between steps take effect in the next step.
 
 use rapier3d_fields::math::{Real, to_dvec3, to_f64};
 use rapier3d_fields::prelude::*;
@@ -7,7 +7,7 @@ use rapier3d_fields::prelude::*;
 use crate::lab::stability::SCHEMES;
 use crate::support::{assert_at_most, assert_close, build, insert_ball, weightless};
 
-/// Some tens of roundings: for what takes as many operations and is otherwise exact.
+/// The tolerance of results that are exact but for some tens of roundings.
 fn rounding() -> f64 {
     50.0 * to_f64(Real::EPSILON)
 }
@@ -38,14 +38,14 @@ fn a_field_gives_the_same_velocity_in_every_step() {
             step(&mut fields, &mut world);
             let expected = f64::from(count) * 3.0 / 60.0;
             let place = format!("{scheme:?}, step {count}");
-            // 1:1:1 adds up to 1:2:3; forces that pile up would give 1:3:6.
+            // Equal kicks give speeds of 1:2:3; forces that pile up would give 1:3:6.
             assert_close(to_f64(linvel(&world, ball).y), expected, rounding(), place);
         }
     }
 }
 
 #[test]
-fn the_first_step_is_as_good_as_any() {
+fn fields_act_in_the_first_step() {
     // Rapier computes the mass of a new body in its first step, and ignores impulses before it.
     for scheme in SCHEMES {
         let mut world = weightless(1.0 / 60.0);
@@ -59,7 +59,7 @@ fn the_first_step_is_as_good_as_any() {
     }
 }
 
-/// An impulse of the user's between steps adds to what the fields give.
+/// An impulse of the user's between steps adds to the impulses of the fields.
 #[test]
 fn impulses_between_steps_are_kept() {
     for scheme in SCHEMES {
@@ -189,7 +189,7 @@ impl Rest {
             step(&mut self.fields, &mut self.world);
             let cube = &self.world.bodies[self.cube];
             if cube.is_sleeping() {
-                // What is stored in a sleeper fires when it wakes.
+                // A velocity or force stored in a sleeping body would act when it wakes.
                 assert_eq!(cube.linvel(), Vector::ZERO);
                 assert_eq!(cube.angvel(), Vector::ZERO);
                 assert_eq!(cube.user_force(), Vector::ZERO);
@@ -233,7 +233,7 @@ fn wake_policy_always_keeps_bodies_awake() {
 }
 
 #[test]
-fn a_changed_axis_wakes_on_change_and_not_by_never() {
+fn a_changed_axis_wakes_under_on_change_and_not_under_never() {
     for scheme in SCHEMES {
         for (wake, wakes) in [(ON_CHANGE, true), (WakePolicy::Never, false)] {
             let mut rest = Rest::new(scheme, wake);
@@ -241,7 +241,7 @@ fn a_changed_axis_wakes_on_change_and_not_by_never() {
             set.expect("a declared axis");
             rest.steps(30);
             assert_eq!(!rest.sleeps(), wakes, "{scheme:?}, {wake:?}");
-            // 10.19 m/s² for half a second: 1.27 m; a burst of what was held back goes higher.
+            // 10.19 m/s² for half a second: 1.27 m; forces stored during sleep would raise it higher.
             let expected = if wakes { 0.5 + 1.27 } else { 0.5 };
             assert_close(
                 rest.height(),
@@ -253,7 +253,7 @@ fn a_changed_axis_wakes_on_change_and_not_by_never() {
     }
 }
 
-/// What counts is the wrench it fell asleep under, not the one it was first seen asleep in.
+/// A change is one from the wrench under which the body fell asleep, not from the first one evaluated in its sleep.
 #[test]
 fn a_change_right_after_falling_asleep_wakes() {
     for scheme in SCHEMES {
@@ -270,7 +270,7 @@ fn a_change_right_after_falling_asleep_wakes() {
 }
 
 #[test]
-fn a_new_tree_wakes_on_change_and_not_by_never() {
+fn a_new_tree_wakes_under_on_change_and_not_under_never() {
     for scheme in SCHEMES {
         for (wake, wakes) in [(ON_CHANGE, true), (WakePolicy::Never, false)] {
             let mut rest = Rest::new(scheme, wake);
@@ -304,7 +304,7 @@ fn forces_do_not_pile_up_on_sleepers() {
         rest.world.bodies[rest.cube].wake_up(true);
         rest.steps(1);
         let speed = to_f64(linvel(&rest.world, rest.cube).length());
-        // Half a kick of one step is all that a resting body may show.
+        // A resting body may show the kick of one step at most.
         assert_at_most(speed, 9.81 / 60.0, format!("{scheme:?}, speed"));
         assert_close(rest.height(), 0.5, 2e-3, format!("{scheme:?}, height"));
     }
@@ -313,7 +313,7 @@ fn forces_do_not_pile_up_on_sleepers() {
 // Changes between steps.
 
 #[test]
-fn a_teleported_body_feels_the_force_of_its_new_place() {
+fn a_teleported_body_gets_the_force_of_its_new_place() {
     for scheme in SCHEMES {
         let mut world = weightless(1.0 / 60.0);
         let ball = insert_ball(&mut world, 1.0, Vector::X, Vector::ZERO);
@@ -356,7 +356,7 @@ fn bodies_come_and_go_between_steps() {
             format!("{scheme:?}, second"),
         );
         world.remove_body(first);
-        // Takes the place in the arena that the first one had.
+        // Takes the slot of the first body in the arena.
         let third = insert_ball(&mut world, 4.0, Vector::ZERO, Vector::ZERO);
         step(&mut fields, &mut world);
         assert_close(
@@ -405,7 +405,7 @@ fn colliders_come_and_go_between_steps() {
 }
 
 #[test]
-fn a_removed_body_takes_its_fields_along() {
+fn fields_of_a_removed_body_stop_acting() {
     for scheme in SCHEMES {
         let mut world = weightless(1.0 / 60.0);
         let ball = insert_ball(&mut world, 1.0, Vector::X * 5.0, Vector::ZERO);
@@ -415,7 +415,7 @@ fn a_removed_body_takes_its_fields_along() {
         let pulled = linvel(&world, ball);
         assert!(to_f64(pulled.x) < -0.2, "the spring pulls");
         world.remove_body(source);
-        // Another body in the same place of the arena has not inherited them.
+        // A new body in the same slot of the arena does not inherit the fields.
         world.bodies.insert(RigidBodyBuilder::fixed());
         step(&mut fields, &mut world);
         assert_eq!(linvel(&world, ball), pulled, "{scheme:?}");
@@ -470,7 +470,7 @@ fn the_time_step_may_change() {
     }
 }
 
-/// A change of velocity is what it says once per step, however long the step is.
+/// `ForceMode::VelocityChange` adds the vector to the velocity once per step, whatever the length of the step.
 #[test]
 fn a_change_of_velocity_does_not_depend_on_the_time_step() {
     for scheme in SCHEMES {
@@ -507,7 +507,7 @@ fn a_step_of_no_length_changes_nothing() {
         };
         let (before, time) = (state(&world), fields.time());
         world.integration_parameters.dt = 0.0;
-        // Also where a force would be a change of velocity over no time at all.
+        // A change of velocity would be an infinite force over this step.
         step(&mut fields, &mut world);
         assert_eq!(state(&world), before, "{scheme:?}");
         assert_eq!(fields.time(), time, "{scheme:?}");
@@ -523,13 +523,13 @@ fn a_step_of_bad_length_is_refused() {
         world.integration_parameters.dt = dt;
         let refused = fields.step(&mut world);
         assert!(matches!(refused, Err(StepError::TimeStep { .. })), "{dt}");
-        // And the next one, of good length, is made.
+        // The next step, of valid length, succeeds.
         world.integration_parameters.dt = 0.01;
         step(&mut fields, &mut world);
     }
 }
 
-// The two paths.
+// The two ways to make a step.
 
 /// A handful of spinning, colliding boxes in a spring.
 fn crowd() -> PhysicsWorld {
@@ -544,7 +544,7 @@ fn crowd() -> PhysicsWorld {
     world
 }
 
-/// All that moves, bit for bit.
+/// The poses and velocities of all bodies, bit for bit.
 fn all_bits(world: &PhysicsWorld) -> Vec<[u64; 3]> {
     let states = world.bodies.iter().flat_map(|(_, body)| {
         let rotation = to_dvec3(body.rotation().to_scaled_axis());
@@ -555,7 +555,7 @@ fn all_bits(world: &PhysicsWorld) -> Vec<[u64; 3]> {
     states.collect()
 }
 
-/// The explicit path: one's own pipeline between the two halves of the fields' step.
+/// The explicit path: the user's own pipeline between the two halves of the fields' step.
 fn explicit_step(fields: &mut Fields, pipeline: &mut PhysicsPipeline, world: &mut PhysicsWorld) {
     let open = fields.begin(WorldMut::from(&mut *world));
     let open = open.expect("a finite step");
@@ -579,7 +579,7 @@ fn explicit_step(fields: &mut Fields, pipeline: &mut PhysicsPipeline, world: &mu
 }
 
 #[test]
-fn the_explicit_path_is_the_easy_one_bit_for_bit() {
+fn begin_and_finish_equal_step_bit_for_bit() {
     for scheme in SCHEMES {
         let tree = || Field::spring(3.0).sum_union(Field::drag(0.1, 0.2));
         let (mut easy, mut explicit) = (crowd(), crowd());
@@ -599,7 +599,7 @@ fn the_explicit_path_is_the_easy_one_bit_for_bit() {
     }
 }
 
-/// Looking does not disturb: neither a sample nor the potential energy between steps.
+/// Neither a sample nor the potential energy between steps changes the motion.
 #[test]
 fn sampling_between_steps_changes_nothing() {
     for scheme in SCHEMES {
@@ -634,9 +634,9 @@ fn fields_may_move_between_threads() {
     is_send_and_sync::<StepError>();
 }
 
-/// Where nearly all sleep, a body that was just added is kicked as one in an empty world.
+/// Where nearly all bodies sleep, one that was just added gets the same kick as in an empty world.
 #[test]
-fn a_body_added_among_sleepers_feels_its_first_step() {
+fn a_body_added_among_sleepers_is_kicked_in_its_first_step() {
     let velocity = |sleepers: usize| {
         let mut world = PhysicsWorld::new();
         world.gravity = Vector::ZERO;

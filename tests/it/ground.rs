@@ -1,6 +1,6 @@
-//! Height fields as regions: what is below them.
+//! Height fields as regions: the points below them are inside.
 //!
-//! Regression: they held nothing.
+//! Regression: no point was inside.
 
 use proptest::prelude::*;
 use rapier3d_fields::field::Query;
@@ -16,7 +16,7 @@ struct Plan {
     /// Cells along z and along x.
     cells: [usize; 2],
     heights: Vec<i32>,
-    /// Bits: zigzag, left one removed, right one removed.
+    /// Bits: zigzag, left triangle removed, right triangle removed.
     status: Vec<u8>,
     scale: [i32; 3],
 }
@@ -53,8 +53,8 @@ fn plan(holes: bool) -> impl Strategy<Value = Plan> {
     })
 }
 
-/// The height of a triangle above a point of its shadow, by its plane; and how far inside the
-/// shadow the point is, in lengths.
+/// The height of a triangle's plane at the x and z of a point; and the distance of the point inside the triangle, seen
+/// from above (negative outside).
 fn above(triangle: &Triangle, point: DVec3) -> (f64, f64) {
     let double = |v: Vector| DVec3::from_array(v.to_array().map(to_f64));
     let corners = [triangle.a, triangle.b, triangle.c].map(double);
@@ -70,8 +70,8 @@ fn above(triangle: &Triangle, point: DVec3) -> (f64, f64) {
     (height, inside.into_iter().fold(f64::INFINITY, f64::min))
 }
 
-/// Parry's own triangles, one by one: whether the point is below one of them, and how far it is from
-/// all surfaces and edges at least, seen from above.
+/// By Parry's own triangles, one by one: whether the point is below one of them, and its least distance, vertically
+/// from their surfaces and horizontally from their edges.
 fn below_a_triangle(field: &HeightField, point: DVec3) -> (bool, f64) {
     let seen: Vec<(f64, f64)> = field.triangles().map(|t| above(&t, point)).collect();
     let held = seen
@@ -113,9 +113,9 @@ fn points() -> impl Strategy<Value = Vec<DVec3>> {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 500, failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// Both diagonals, removed triangles, points outside and deep below.
+    /// With both diagonals, removed triangles, and points outside and deep below.
     #[test]
-    fn holds_what_is_below_a_triangle(
+    fn points_below_a_triangle_are_inside(
         plan in prop_oneof![plan(false), plan(true)], points in points(),
     ) {
         let field = plan.field();
@@ -128,8 +128,7 @@ proptest! {
         }
     }
 
-    /// Depth, as fields that fade see it, is never more than the distance from the border, and has
-    /// the sign of the side.
+    /// `Scalar::depth` is at most the distance from the border, positive inside and negative outside.
     #[test]
     fn depth_is_no_more_than_the_distance_from_the_border(
         plan in prop_oneof![plan(false), plan(true)], points in points(),
@@ -148,7 +147,7 @@ proptest! {
             let here = depth(point);
             if off > 1e-4 {
                 prop_assert_eq!(here > 0.0, held, "depth {} at {} of {:?}", here, point, plan);
-                // All that is nearer than the depth is on the same side.
+                // All points nearer than the depth are on the same side.
                 for toward in [DVec3::X, DVec3::Y, DVec3::Z, DVec3::new(0.6, 0.0, 0.8)] {
                     for way in [toward, -toward] {
                         let near = point + way * here.abs() * 0.999;
@@ -169,9 +168,9 @@ fn flat(cells: usize) -> HeightField {
     HeightField::new(heights, Vector::new(4.0, 2.0, 4.0))
 }
 
-/// A plain at y = 2, of four by four: on it, on its corners and diagonals, at its rim, beyond.
+/// Points on a plane at y = 2, four by four in size: on corners and diagonals of its cells, at its rim, and beyond it.
 #[test]
-fn borders_are_held_and_cut_as_those_of_a_box() {
+fn borders_belong_to_the_ground_and_to_its_complement() {
     let ground = Region::shape(SharedShape::new(flat(4)));
     let at = |x: f64, y: f64, z: f64| DVec3::new(x, y, z);
     let on = [
@@ -198,13 +197,13 @@ fn borders_are_held_and_cut_as_those_of_a_box() {
         everywhere(&ground, points, true);
     }
     everywhere(&ground, &off, false);
-    // Regularised: borders belong to the complement, too.
+    // Sets are regularised, so borders belong to the complement, too.
     let air = ground.clone().complement();
     for points in [&on[..], &rim, &off] {
         everywhere(&air, points, true);
     }
     everywhere(&air, &within, false);
-    // A box that stands on the plain shares only a face with it.
+    // A box that stands on the plane shares only a face with the ground.
     let standing = Region::cuboid(Vector::splat(1.0)).at(Vector::Y * 3.0);
     everywhere(&ground.intersection(standing), &on[..3], false);
 }
@@ -214,7 +213,7 @@ fn nothing_is_below_a_hole() {
     let mut field = flat(4);
     field.set_cell_status(1, 2, HeightFieldCellStatus::CELL_REMOVED);
     let ground = Region::shape(SharedShape::new(field));
-    // That cell reaches from 0 to 1 along x, and from −1 to 0 along z.
+    // The removed cell reaches from 0 to 1 along x, and from −1 to 0 along z.
     let at = |x: f64, z: f64| DVec3::new(x, 0.0, z);
     let points = [
         at(0.5, -0.5),
@@ -226,7 +225,7 @@ fn nothing_is_below_a_hole() {
     assert_eq!(holds(&ground, &points), [false, false, true, true, true]);
 }
 
-/// A ground is not bounded, so fields on it reach bodies however deep.
+/// The region has no lower bound, so its fields reach bodies at any depth.
 #[test]
 fn bodies_far_below_are_pushed() {
     let mut world = PhysicsWorld::new();
@@ -234,7 +233,7 @@ fn bodies_far_below_are_pushed() {
     let bodies = [-1e4, 1.0, 3.0].map(|y| world.insert(at(y), ColliderBuilder::ball(0.1)).0);
     let lift = Field::uniform(Vector::Y).coupled_to(Coupling::Each);
     let lift = lift.within(Region::shape(SharedShape::new(flat(2))));
-    // Enough of them for an index.
+    // Enough instances for an index.
     let tree = Tree::instances(lift, (0..20).map(|k| Vector::X * (0.1 * k as Real)));
     let fields = Fields::new(tree).expect("a valid region");
     let force = |body| {
@@ -245,7 +244,7 @@ fn bodies_far_below_are_pushed() {
 }
 
 #[test]
-fn what_has_no_heights_is_refused() {
+fn invalid_height_fields_are_refused() {
     let refused = |field: HeightField, part: &str| {
         let region = Region::shape(SharedShape::new(field));
         let field = Field::uniform(Vector::X).within(region).named("hills");

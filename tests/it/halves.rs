@@ -1,4 +1,4 @@
-//! Rapier's steps between the two halves of ours: one is due, and none or several are told.
+//! Rapier's steps between `begin` and `finish`: without one, `finish` is an error; with several, it warns.
 
 use rapier3d_fields::math::to_f64;
 use rapier3d_fields::prelude::*;
@@ -50,10 +50,10 @@ fn trees() -> [Tree; 2] {
     [Field::uniform(Vector::X).into(), well]
 }
 
-/// 95daff4: `Ok`, the kick stays in the velocities, and the next step kicks again. Now an error, and the
-/// world is as it was: the run goes on as one that was never begun in vain.
+/// In 95daff4 `finish` returned `Ok`, the kick stayed in the velocities, and the next step kicked again. Now it returns
+/// an error and restores the world: the run goes on as if that step had not begun.
 #[test]
-fn none_is_an_error_and_leaves_the_world_as_it_was() {
+fn a_missing_step_is_an_error_and_leaves_the_world_as_it_was() {
     for scheme in SCHEMES {
         for tree in trees() {
             let mut plain = yard(tree.clone(), scheme);
@@ -75,17 +75,17 @@ fn none_is_an_error_and_leaves_the_world_as_it_was() {
     }
 }
 
-/// The same where no field reaches any body: an awake body that fields do not write to shows it, from the first step on.
-/// The run has the bits of one of whole steps.
+/// The same where no field reaches any body: an awake body that fields do not write to shows whether Rapier stepped,
+/// from the first step on. The run has the bits of one of whole steps.
 #[test]
-fn none_and_several_show_on_bodies_that_no_field_reaches() {
+fn missing_and_extra_steps_show_on_bodies_that_no_field_reaches() {
     let far = || {
         Field::spring(3.0)
             .within(Region::ball(1.0))
             .at(Vector::X * 1e4)
     };
     for scheme in SCHEMES {
-        // It flies, rests without a weight, or may fall asleep.
+        // The body flies, rests and may not sleep, or rests and may fall asleep.
         for (linvel, sleeps) in [
             (Vector::X, true),
             (Vector::ZERO, false),
@@ -113,7 +113,7 @@ fn none_and_several_show_on_bodies_that_no_field_reaches() {
             assert!(bits(&plain.0) == bits(&halted.0), "{what}");
             for count in [2, 3, 5] {
                 finish_after(&mut halted, count).expect("told, not refused");
-                // What neither moves nor may sleep shows that steps were made, but not how many.
+                // A body that neither moves nor may sleep shows that steps were made, but not how many.
                 let shows = linvel != Vector::ZERO || sleeps;
                 let advanced = others(&halted.1);
                 assert_eq!(advanced.is_some(), shows, "{what}, {count}: {advanced:?}");
@@ -125,9 +125,9 @@ fn none_and_several_show_on_bodies_that_no_field_reaches() {
     }
 }
 
-/// The same in a yard in which no field reaches anything.
+/// The same in a world of many bodies, of which no field reaches any.
 #[test]
-fn none_shows_in_a_yard_that_no_field_reaches() {
+fn a_missing_step_shows_in_a_yard_that_no_field_reaches() {
     for scheme in SCHEMES {
         let far = Field::spring(3.0).within(Region::ball(1.0));
         let mut halted = yard(far.at(Vector::X * 1e4), scheme);
@@ -149,9 +149,9 @@ fn none_shows_in_a_yard_that_no_field_reaches() {
     }
 }
 
-/// What fields disabled in the first half is enabled again.
+/// Bodies that fields disabled in the first half are enabled again.
 #[test]
-fn none_takes_back_a_quarantine() {
+fn a_missing_step_takes_back_a_quarantine() {
     let broken = Field::closure([], |_: &Sample| Vector::X / 0.0).within(Region::ball(1.0));
     let mut run = yard(broken, Scheme::KickDriftKick);
     let before = bits(&run.0);
@@ -162,10 +162,10 @@ fn none_takes_back_a_quarantine() {
     assert!(run.0.bodies.iter().any(|(_, body)| !body.is_enabled()));
 }
 
-/// 95daff4: `Ok`, no warning, and a body that is pushed at 1 m/s² gains half as much in the time of two
-/// steps. Now a warning says by how much Rapier went on: of bodies that fly as of those that rest.
+/// In 95daff4 `finish` returned `Ok` without a warning, and a body pushed at 1 m/s² gained half of its speed in the
+/// time of two steps. Now a warning states by how much Rapier advanced, for flying as for resting bodies.
 #[test]
-fn several_are_told() {
+fn several_steps_give_a_warning() {
     for scheme in SCHEMES {
         for count in [2, 3, 5] {
             let mut world = weightless(1.0 / 60.0);
@@ -199,11 +199,10 @@ fn several_are_told() {
     }
 }
 
-/// No false alarm: a body that is pushed out of another by Rapier's correction of positions moves on by
-/// more than its velocity says; one that is stopped by continuous detection by less; one in a storm changes
-/// its velocity by much; a step without length moves none.
+/// No false alarm where Rapier's correction of positions moves a body by more than its velocity, continuous detection
+/// stops one, a strong field changes velocities by much, or a step has no length.
 #[test]
-fn one_is_never_told() {
+fn a_single_step_gives_no_warning() {
     for scheme in SCHEMES {
         let mut run = yard(Field::uniform(Vector::new(30.0, -80.0, 5.0)), scheme);
         let part = || ColliderBuilder::cuboid(0.5, 0.5, 0.5);
@@ -233,9 +232,9 @@ fn one_is_never_told() {
     }
 }
 
-/// An edit between the halves that does not fit: the step is finished without it, and the next one refused.
+/// After an invalid edit between the halves, the step is finished without it, and the next one is refused.
 #[test]
-fn an_edit_that_does_not_fit_is_left_to_the_next_step() {
+fn the_next_step_refuses_an_invalid_edit_between_the_halves() {
     for scheme in SCHEMES {
         for tree in trees() {
             let mut plain = yard(tree.clone(), scheme);

@@ -1,5 +1,4 @@
-//! Pairs that the fields' answers do not part are Rapier's while they last: who owns a pair, and what Rapier's
-//! solver does to it.
+//! Pairs that the impulses of fields do not separate are handed over to Rapier's solver until they separate.
 
 use rapier3d_fields::Detection;
 use rapier3d_fields::math::{from_f64, to_f64};
@@ -7,22 +6,22 @@ use rapier3d_fields::prelude::*;
 
 use crate::support::{assert_close, either, weightless};
 
-/// How something is pressed against the floor, in a world without gravity, so that nothing tells the fields of it.
+/// The load that presses a body against the floor. Without gravity, fields cannot compute it from accelerations.
 #[derive(Clone, Copy, Debug)]
 enum Press {
     /// A plate that comes down at a constant speed.
     Plate,
-    /// A plate that comes down, back a little after every second step.
+    /// A plate that comes down in two steps of three, and goes up a little in the third.
     Sawtooth,
     /// The spring of a joint.
     Spring,
 }
 
 const HALF: Real = 0.5;
-/// Rapier's allowed error, to which its solver lets bodies sink, and a little.
+/// A little more than Rapier's allowed error, to which its solver lets bodies sink.
 const SHALLOW: f64 = 0.006;
 
-/// A step of a pair.
+/// The state of a pair after a step.
 #[derive(Clone, Copy, Debug)]
 struct Moment {
     /// The overlap at the end of the step; 0 if there is none.
@@ -33,7 +32,7 @@ struct Moment {
     by_rapier: f64,
 }
 
-/// Something between a floor and what presses it.
+/// A body on a floor, under a load.
 struct Scene {
     world: PhysicsWorld,
     fields: Fields,
@@ -89,7 +88,7 @@ impl Scene {
         }
     }
 
-    /// Makes a step, and looks at the pairs of the body with each side.
+    /// Makes a step, and returns the states of the pairs of the body with each side.
     fn step(&mut self) -> Vec<Moment> {
         self.height -= match (self.press, self.steps % 3) {
             (Press::Sawtooth, 2) => -0.01,
@@ -122,11 +121,10 @@ impl Scene {
     }
 }
 
-/// A ball that a plate squeezed, down and up, was answered at each step down and went 0.36 deep into the floor in
-/// forty steps; one that a spring pulled went 0.22 deep. Rapier's solver never had either, because only steps running
-/// were counted.
+/// Regression: only consecutive steps were counted, so Rapier's solver never got a ball that a plate squeezed down and
+/// up, which went 0.36 deep into the floor in forty steps, nor one that a spring pulled, which went 0.22 deep.
 #[test]
-fn what_goes_deeper_with_steps_in_between_is_rapiers() {
+fn pairs_that_deepen_in_steps_that_are_not_consecutive_are_handed_over() {
     for (press, law) in [
         (Press::Sawtooth, ContactLaw::restitution(0.5)),
         (Press::Spring, ContactLaw::elastic()),
@@ -138,9 +136,9 @@ fn what_goes_deeper_with_steps_in_between_is_rapiers() {
     }
 }
 
-/// Once a pair has parted its impacts are the fields' again.
+/// After a pair has separated, fields answer its impacts again.
 #[test]
-fn a_pair_that_has_parted_is_the_fields_again() {
+fn fields_answer_a_pair_again_after_it_separated() {
     for law in [
         ContactLaw::restitution(0.0),
         ContactLaw::restitution(0.5),

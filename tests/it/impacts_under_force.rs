@@ -1,5 +1,5 @@
-//! Bodies that a field pushes and turns while they are hit: an answer is made of the velocities that they
-//! have at the moment, not of those with which Rapier carries them along.
+//! Impacts of bodies that a field pushes and turns: impulses follow from the velocities at the moment of impact, not
+//! from those with which Rapier moves the bodies over the step.
 
 use rapier3d_fields::math::{from_f64, to_f64};
 use rapier3d_fields::prelude::*;
@@ -11,7 +11,7 @@ const ARM: Real = 0.5;
 const SECONDS: f64 = 2.0;
 const DIPOLES: usize = 40;
 
-/// A dipole between two elastic walls, in an electric field along them: it gets no force, but a torque.
+/// A dipole between two elastic walls, in an electric field along them, which exerts a torque and no net force.
 struct Dipole {
     world: PhysicsWorld,
     fields: Fields,
@@ -75,7 +75,7 @@ impl Dipole {
     }
 }
 
-/// How much energy dipoles gain or lose at a step, in the mean, and how often they were hit.
+/// The mean energy that dipoles gain or lose in `SECONDS` at a time step of `dt`, and the number of hits.
 fn gained(scheme: Scheme, dt: f64) -> (f64, usize) {
     let (mut sum, mut hits) = (0.0, 0);
     for number in 0..DIPOLES {
@@ -90,8 +90,8 @@ fn gained(scheme: Scheme, dt: f64) -> (f64, usize) {
     (sum, hits)
 }
 
-/// Of second order, as the schemes are. Answered with the angular velocity of the whole step it was of
-/// the first: 0.44, 0.26 and 0.13 at 4, 2 and 1 ms.
+/// The error is of second order, as that of the schemes. With impulses from the angular velocity of the whole step it
+/// was of the first: 0.44, 0.26 and 0.13 at 4, 2 and 1 ms.
 #[test]
 fn dipoles_keep_their_energy_when_they_are_hit() {
     for scheme in [
@@ -111,8 +111,8 @@ fn dipoles_keep_their_energy_when_they_are_hit() {
     }
 }
 
-/// A ball on a spring, and a wall from which the spring pushes it: how far it goes out, at first and after
-/// a minute, and how many warnings there were.
+/// The largest distance of a ball that a spring pulls against a wall, in the first ten seconds and in the last ten of a
+/// minute, and the number of warnings.
 fn reaches(scheme: Scheme, detection: Detection, dt: f64) -> ([f64; 2], usize) {
     let mut world = weightless(from_f64(dt));
     let elastic = |it: ColliderBuilder| it.restitution(1.0).friction(0.0);
@@ -141,10 +141,10 @@ fn reaches(scheme: Scheme, detection: Detection, dt: f64) -> ([f64; 2], usize) {
     (reach, warned)
 }
 
-/// A force that changes along the way is that of the start up to a rebound, and that of the end from
-/// then on: with either alone, a ball goes 2 % farther out after a minute.
+/// Up to a rebound the force is that at the start of the step, from then on that at its end. With either alone, a ball
+/// goes 2 % farther out after a minute.
 #[test]
-fn a_ball_on_a_spring_comes_back_as_far_from_a_wall() {
+fn a_ball_on_a_spring_keeps_its_amplitude_at_a_wall() {
     let two = Scheme::Substep(Substeps::Fixed(2));
     let auto = Scheme::Auto { tolerance: 0.01 };
     for scheme in [Scheme::KickDriftKick, auto, two, Scheme::Forward4] {
@@ -157,10 +157,10 @@ fn a_ball_on_a_spring_comes_back_as_far_from_a_wall() {
     }
 }
 
-/// Schemes that move bodies within the step know how forces change up to a hit and after it: at a step that
-/// is four times as long a minute of bounces takes or gives a percent. Where they cannot know, they tell.
+/// Schemes that move bodies within the step follow the change of forces up to a hit and after it: at a step four times
+/// as long, a minute of bounces changes the amplitude by a percent at most. At a step too long for that they warn.
 #[test]
-fn hits_within_divided_steps_keep_the_energy_or_are_told() {
+fn hits_within_divided_steps_keep_the_energy_or_give_a_warning() {
     let eight = Scheme::Substep(Substeps::Fixed(8));
     let auto = Scheme::Auto { tolerance: 0.01 };
     for scheme in [eight, auto, Scheme::Forward4] {
@@ -177,7 +177,7 @@ fn hits_within_divided_steps_keep_the_energy_or_are_told() {
     }
 }
 
-/// Schemes that keep no energy at hits in a field are refused there, and nothing is lost.
+/// Schemes that do not conserve energy at hits in a field are refused there, and the velocity is unchanged.
 #[test]
 fn schemes_that_lose_energy_at_hits_are_refused() {
     for scheme in [
@@ -195,7 +195,7 @@ fn schemes_that_lose_energy_at_hits_are_refused() {
         assert!(error.contains("keep the energy"), "{error}");
         assert!(error.contains(&format!("{scheme:?}")), "{error}");
         assert_eq!(world.bodies[body].linvel(), Vector::Y);
-        // What only looks on, what nothing pulls at, and what a penalty pushes may be hit.
+        // Hits are accepted under a law that only observes, under penalty springs, and in constant fields.
         let penalty = ContactLaw::Penalty {
             stiffness: 1.0,
             damping: 0.0,
@@ -212,10 +212,10 @@ fn schemes_that_lose_energy_at_hits_are_refused() {
     }
 }
 
-/// What drag takes at the start of a step is not given back at a hit, as far as the scheme is stable
-/// without one: up to two over the step.
+/// A hit does not give back the speed that drag took at the start of the step, as long as the scheme is stable without
+/// a hit: up to a rate of drag times dt of two.
 #[test]
-fn drag_does_not_throw_a_ball_from_a_wall() {
+fn a_hit_in_drag_does_not_speed_a_ball_up() {
     for (drag, quadratic) in [(20.0, 0.0), (100.0, 0.0), (150.0, 0.0), (0.0, 10.0)] {
         for number in 0..10_u8 {
             let mut world = weightless(0.01);
@@ -236,7 +236,7 @@ fn drag_does_not_throw_a_ball_from_a_wall() {
                 fields.step(&mut world).expect("a step");
                 hits += fields.contacts().len();
                 let speed = to_f64(world.bodies[body].linvel().length());
-                // To a rounding of the speed at the start.
+                // Up to a few roundings of the speed at the start.
                 let most = before + 10.0 * to_f64(Real::EPSILON);
                 assert_at_most(speed, most, format_args!("{drag}, {quadratic}, {number}"));
                 before = speed;

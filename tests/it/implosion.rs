@@ -1,5 +1,5 @@
-//! 216 molecules fall in on each other, and are thrown back by the walls: what fields detect, beside
-//! what Rapier finds, in every one of 10,000 steps.
+//! 216 molecules collide in the middle of a box and rebound from its walls: contacts found by fields against those
+//! found by Rapier, in each of 10,000 steps.
 
 use crate::lab::scenes::ammonia::{MASS, PRINCIPAL_INERTIA, SITES};
 use crate::lab::scenes::insert_box;
@@ -10,10 +10,10 @@ use rapier3d_fields::prelude::*;
 use crate::support::collide::*;
 use crate::support::{assert_at_most, either};
 
-/// Hard radii with which the hydrogens stand out, Å.
+/// Radii of hard spheres at which the hydrogens protrude from the nitrogen, Å.
 const RADII: [f64; 4] = [1.2, 0.6, 0.6, 0.6];
 
-/// Molecules on a lattice, all on their way to the middle, each with a spin of its own.
+/// Molecules on a lattice that all move towards the middle and spin differently.
 fn imploding(world: &mut PhysicsWorld) -> Vec<Thing> {
     let site = |i: usize| (i as Real - 2.5) * from_f64(3.6);
     let inertia = from_dvec3(PRINCIPAL_INERTIA.into());
@@ -41,9 +41,9 @@ fn imploding(world: &mut PhysicsWorld) -> Vec<Thing> {
 }
 
 #[test]
-fn in_10_000_steps_the_sides_never_disagree() {
+fn fields_and_rapier_agree_in_10_000_steps() {
     let mut world = crate::support::weightless(from_f64(2e-3));
-    // As Rapier has it: the check sees to it that its contacts are fresh.
+    // Rapier's default; the check keeps the contacts from being recycled.
     assert!(world.integration_parameters.contact_recycling);
     let molecules = imploding(&mut world);
     let PhysicsWorld {

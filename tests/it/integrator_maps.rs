@@ -1,5 +1,4 @@
-//! Each scheme is the one it is called: on a harmonic well its steps are those of the textbook, to
-//! rounding.
+//! Each scheme is the integrator of its name: in a harmonic well its steps are those of the textbook, to rounding.
 
 use rapier3d_fields::math::{DVec3, Real, from_dvec3, from_f64, to_dvec3, to_f64};
 use rapier3d_fields::prelude::*;
@@ -8,7 +7,7 @@ use crate::support::{Row, Table, assert_at_most, insert_ball, largest, weightles
 
 const MAPS: &str = include_str!("../data/h_stiff/integrator_maps.csv");
 
-/// A file of names and numbers: its rows of one name.
+/// The rows of the file whose first column is `name`, without that column.
 fn rows(name: &str) -> Table {
     let numbers = MAPS.lines().filter_map(|line| {
         if line.starts_with("scheme,") {
@@ -46,10 +45,10 @@ fn map(scheme: Scheme, iterations: usize, h: f64, count: u32) -> [DVec3; 2] {
     })
 }
 
-/// Compares all rows of a scheme. `divide`: the file's step is that part of ours.
+/// Compares all rows of a scheme; one step of ours is `divide` steps of the file.
 fn compare(name: &str, scheme: Scheme, iterations: usize, divide: u32) {
     let rounding = match scheme {
-        // It solves an equation.
+        // Solving a linear equation adds roundings.
         Scheme::LinearlyImplicit => 60.0 * to_f64(Real::EPSILON),
         _ => 20.0 * to_f64(Real::EPSILON),
     };
@@ -60,7 +59,7 @@ fn compare(name: &str, scheme: Scheme, iterations: usize, divide: u32) {
         let (h, count) = (row.number("h"), row.number("n") as u32);
         let entries = ["a", "b", "c", "d"].map(|entry| row.number(entry));
         let size = largest(entries.map(f64::abs));
-        // What grows beyond this is chaos of roundings, and soon too fast for Rapier.
+        // Rounding dominates larger maps, and the body is soon too fast for Rapier.
         if size > 1e8 || count % divide != 0 {
             continue;
         }
@@ -68,8 +67,7 @@ fn compare(name: &str, scheme: Scheme, iterations: usize, divide: u32) {
         let found = [from_x.x, from_v.x, from_x.y, from_v.y];
         let errors = found.iter().zip(entries).map(|(f, e)| (f - e).abs());
         let error = largest(errors) / size.max(1.0);
-        // Each step rounds a few times; where the map is about to be unstable, it shears, and
-        // roundings add up linearly.
+        // Each step rounds a few times; near the limit of stability the map is a shear, and roundings grow linearly.
         let relative = error / (f64::from(count) * f64::from(count)).max(1.0);
         if relative > worst.0 || error.is_nan() {
             worst = (relative, format!("h = {h}, n = {count}, error {error:.1e}"));
@@ -120,9 +118,9 @@ fn external_forces_are_frozen_over_the_solver_iterations() {
     compare("symplectic_euler_kick_drift", Scheme::ExternalForce, 1, 1);
 }
 
-/// That the comparison can fail.
+/// The comparison can fail.
 #[test]
-fn the_maps_tell_schemes_apart() {
+fn another_scheme_differs_from_the_map() {
     let table = rows("velocity_verlet_kdk");
     let is_far = |row: Row<'_>| {
         let [x, _] = map(Scheme::Kick, 4, row.number("h"), row.number("n") as u32);
