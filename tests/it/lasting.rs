@@ -1,4 +1,4 @@
-//! What rests must rest: contacts that last, beside Rapier alone in the same world.
+//! Lasting contacts: bodies come to rest and sleep, compared with Rapier alone in the same world.
 
 mod matrix;
 mod quiet;
@@ -13,7 +13,7 @@ use rapier3d_fields::{Detection, Responder};
 
 use crate::support::*;
 
-/// Who answers contacts in a world.
+/// The side that answers contacts in a world; by fields, with their detection.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Way {
     Rapier,
@@ -24,7 +24,7 @@ enum Way {
 
 const FIELDS: [Way; 2] = [Way::Discrete, Way::Swept];
 
-/// What both sides are made of.
+/// The material of both colliders of a contact.
 #[derive(Clone, Copy, Debug)]
 struct Stuff {
     restitution: f64,
@@ -44,7 +44,7 @@ impl Stuff {
     }
 }
 
-/// A world under gravity, with the bodies to be looked at.
+/// A world under gravity, with the bodies to be examined.
 struct Scene {
     world: PhysicsWorld,
     bodies: Vec<RigidBodyHandle>,
@@ -79,7 +79,7 @@ impl Scene {
         self.bodies.push(body);
     }
 
-    /// Fields on all colliders that answer in a way, with something that acts on all bodies.
+    /// Contact fields on all colliders that answer in a way, and a force on all bodies.
     fn fields(&self, way: Way, force: Option<Tree>) -> Fields {
         let law = self.stuff.law();
         let colliders = self.world.colliders.iter().map(|(handle, _)| handle);
@@ -115,7 +115,7 @@ impl Scene {
         bodies.map(energy).sum()
     }
 
-    /// How deep any two colliders overlap, by Rapier's own contacts.
+    /// The deepest overlap of two colliders, by Rapier's own contacts.
     fn overlap(&self) -> f64 {
         let pairs = self.world.narrow_phase.contact_pairs();
         let manifolds = pairs.flat_map(|pair| pair.manifolds());
@@ -129,11 +129,11 @@ impl Scene {
 struct End {
     scene: Scene,
     start: Vec<Vector>,
-    /// The step since which all have slept.
+    /// The step since which all bodies have slept.
     asleep_at: Option<usize>,
     /// The largest overlap at the end of a step, in the last half.
     overlap: f64,
-    /// The most energy gained ever, as a share of that of the start.
+    /// The largest gain of energy after any step, as a share of that at the start.
     gained: f64,
 }
 
@@ -145,7 +145,7 @@ impl std::fmt::Debug for Scene {
 
 /// Runs a scene in a way for some seconds.
 fn run(mut scene: Scene, way: Way, seconds: f64) -> End {
-    // Rapier recycles no contact that has a hook: what rests is to be compared on one footing.
+    // Rapier does not recycle contacts that have a hook; so that all ways are alike, it recycles none.
     scene.world.integration_parameters.contact_recycling = false;
     let mut fields = scene.fields(way, None);
     let steps = (seconds / to_f64(scene.world.integration_parameters.dt)).round() as usize;

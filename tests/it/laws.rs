@@ -1,4 +1,4 @@
-//! The laws of response, swept and sampled: what each conserves, who answers, and what is told.
+//! The contact laws under discrete and swept detection: conserved quantities, responders and events.
 
 use rapier3d_fields::contact::ContactEvent;
 use rapier3d_fields::math::{Vector, from_f64, to_f64};
@@ -14,10 +14,10 @@ fn swept(things: &[&Thing], law: ContactLaw) -> Fields {
 }
 
 #[test]
-fn two_hit_at_once_share_evenly() {
+fn two_balls_hit_at_once_share_evenly() {
     for detection in [Detection::Discrete, Detection::Swept] {
         let mut world = arena(from_f64(1.0 / 64.0));
-        // The cue ball meets two others in the same moment, on either side of its way.
+        // The cue ball meets two others at the same moment, on either side of its path.
         let half: Real = 0.5;
         let beside = half * 1.01;
         let cue = ball(
@@ -56,7 +56,7 @@ fn two_hit_at_once_share_evenly() {
 }
 
 #[test]
-fn a_cradle_passes_the_blow_on() {
+fn a_cradle_passes_the_velocity_to_the_last_ball() {
     let mut world = arena(from_f64(0.1));
     let row = [-3.0, 0.0, 1.0, 2.0].map(|x| Vector::X * x);
     let balls = row.map(|place| {
@@ -82,7 +82,7 @@ fn a_cradle_passes_the_blow_on() {
     }
 }
 
-/// Spinning tops that meet: energy before and after, momenta checked.
+/// The energy of two spinning tops before and after they meet; asserts that momenta are conserved.
 fn tops(law: ContactLaw) -> (f64, f64) {
     let mut world = arena(from_f64(1.0 / 50.0));
     let things = [-2.5, 2.5].map(|x| {
@@ -102,7 +102,7 @@ fn tops(law: ContactLaw) -> (f64, f64) {
     for _ in 0..100 {
         let outcome = fields.step(&mut world).expect("a step");
         touches += outcome.contacts;
-        // What sticks and rolls would touch without end.
+        // Tops that stick and roll could touch without end.
         assert!(!outcome.exhausted && outcome.contacts < 200, "{outcome:?}");
     }
     assert!(touches > 0);
@@ -110,7 +110,7 @@ fn tops(law: ContactLaw) -> (f64, f64) {
     // A rounding for each touch.
     let roundings = 400.0 + touches as f64;
     match law {
-        // What stays together is given to Rapier's solver, which lost 2.6e-4 of the angular momentum.
+        // A pair that stays together is handed over to Rapier's solver, which lost 2.6e-4 of the angular momentum.
         ContactLaw::Impulse {
             restitution: 0.0, ..
         } => {
@@ -125,7 +125,7 @@ fn tops(law: ContactLaw) -> (f64, f64) {
 #[test]
 fn tops_keep_momenta_and_lose_only_what_the_law_takes() {
     let (before, after) = tops(ELASTIC);
-    // The layer's free rotation keeps the energy to 1e-5.
+    // The free rotation by this crate conserves the energy to 1e-5.
     assert_close(after / before, 1.0, 2e-5, "elastic");
     for law in [
         ELASTIC.with_friction(0.3),
@@ -137,7 +137,7 @@ fn tops_keep_momenta_and_lose_only_what_the_law_takes() {
     }
 }
 
-/// A ball of moment 2/5 that comes down on a fixed plane: its slip and spin after.
+/// The linear and angular velocity of a ball (moment of inertia 2/5 m r²) after it hits a fixed plane.
 fn skid(friction: f64) -> (Vector, Vector) {
     let mut world = arena(from_f64(1.0 / 50.0));
     let plane = ColliderBuilder::new(SharedShape::halfspace(Vector::Y));
@@ -192,7 +192,7 @@ fn friction_is_coulombs() {
 }
 
 #[test]
-fn the_relative_reading_is_elastic_for_equal_masses_only() {
+fn paper_relative_is_elastic_for_equal_masses_only() {
     let after = |mass: Real, law: ContactLaw| {
         let velocities = [Vector::new(2.0, 1.0, 0.0), Vector::new(-1.0, 0.0, 2.0)];
         let (mut world, [a, b]) = overlapping(velocities, [1.0, mass]);
@@ -243,7 +243,7 @@ fn a_spring_gives_the_energy_back() {
             step(&mut elastic, &mut world);
         }
         let bounced = Totals::of(&world);
-        // First order in dt times the frequency: 0.03.
+        // The error is of first order in dt·ω: 0.03.
         assert_close(bounced.energy / before.energy, 1.0, 0.03, "a bounce");
         assert!(linvel(&world, &b).x > 0.9, "{}", linvel(&world, &b));
         before.assert_momenta_kept(&bounced, 200.0);
@@ -261,7 +261,7 @@ fn a_spring_gives_the_energy_back() {
 }
 
 #[test]
-fn extremes_of_mass_speed_and_overlap_stay_sound() {
+fn extremes_of_mass_speed_and_overlap_keep_energy_and_momenta() {
     for ratio in [1e-6, 1.0, 1e6] {
         for speed in [1e-6, 1.0, 1e6] {
             for place in [Vector::ZERO, Vector::X * 0.3, Vector::X * 2.0] {
@@ -286,7 +286,7 @@ fn extremes_of_mass_speed_and_overlap_stay_sound() {
 }
 
 #[test]
-fn what_lies_still_stays_and_bounces_come_to_rest() {
+fn a_bouncing_ball_comes_to_rest() {
     let mut world = arena(from_f64(1.0 / 60.0));
     world.gravity = Vector::Y * -9.81;
     let plane = ColliderBuilder::new(SharedShape::halfspace(Vector::Y));
@@ -335,8 +335,8 @@ fn swept_capsules_do_not_pass_through_a_wall() {
     assert_near(linvel(&world, &bullet), Vector::X * -300.0, 1e-1, "back");
 }
 
-/// One tree: repulsion outside, collision inside (§3.4). The speed with which a ball comes back from
-/// a fixed one, over that with which it came, and whether they touched.
+/// A tree with repulsion outside and collision inside (§3.4 of the paper): the speed of a ball after it meets a
+/// fixed one, over its speed before, and whether they touched.
 fn avoid_and_collide(speed: f64, responder: Responder) -> (f64, bool) {
     let mut world = arena(from_f64(1e-3));
     let fixed = insert(
@@ -366,7 +366,7 @@ fn avoid_and_collide(speed: f64, responder: Responder) -> (f64, bool) {
 }
 
 #[test]
-fn avoidance_outside_and_collision_inside_live_in_one_tree() {
+fn avoidance_outside_and_collision_inside_fit_in_one_tree() {
     let (back, touched) = avoid_and_collide(2.0, Responder::Fields);
     assert!(!touched, "the slow one turns round");
     assert_close(back, 1.0, 0.02, "and leaves as it came");
@@ -376,7 +376,7 @@ fn avoidance_outside_and_collision_inside_live_in_one_tree() {
 }
 
 #[test]
-fn who_answers_may_be_said_for_each_pair() {
+fn the_responder_can_be_set_for_each_pair() {
     for (responder, answered) in [(Responder::Fields, true), (Responder::Rapier, false)] {
         let mut world = arena(from_f64(1.0 / 240.0));
         let mut bouncing = |y: Real| {
@@ -411,7 +411,7 @@ fn who_answers_may_be_said_for_each_pair() {
 }
 
 #[test]
-fn events_tell_what_began_and_ended() {
+fn events_report_the_start_and_end_of_a_contact() {
     let mut world = arena(from_f64(0.1));
     let [a, b] = [-1.0, 1.0].map(|x: Real| ball(&mut world, 1.0, Vector::X * x, Vector::X * -x));
     let (sender, events) = std::sync::mpsc::channel();
@@ -442,7 +442,7 @@ fn events_tell_what_began_and_ended() {
 }
 
 #[test]
-fn an_error_after_a_swept_answer_puts_the_world_back() {
+fn an_error_after_a_swept_answer_restores_the_world() {
     let mut world = arena(from_f64(0.1));
     let [a, b] = [-1.0, 1.0].map(|x: Real| {
         ball(
@@ -452,7 +452,7 @@ fn an_error_after_a_swept_answer_puts_the_world_back() {
             Vector::X * from_f64(-9.0 * to_f64(x)),
         )
     });
-    // Breaks where no ball is but after the bounce of the first step.
+    // NaN in the second half of the first step, after the bounce.
     let trap = Field::closure([Axis::Time], |sample: &Sample| {
         let late = sample.axes[0] > 0.05;
         if late {

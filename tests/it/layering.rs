@@ -1,8 +1,8 @@
 //! The import table of ARCHITECTURE.md holds for the code, the code fills the table, and no files
 //! need each other in a circle.
 //!
-//! A file needs the files that define what it names, whatever modules pass the names on. Methods are
-//! not seen: only what is imported, or written as a path.
+//! A file needs the files that define the names it uses, whichever modules re-export them. Methods are not seen, only
+//! imports and paths.
 
 mod graph;
 mod habits;
@@ -49,8 +49,8 @@ fn rows() -> Vec<[String; 3]> {
     cells.collect()
 }
 
-/// For each module: what it may use from the crate, and which other crates it may name. Data flows
-/// down the rows: nobody uses what comes after it.
+/// For each module: the modules of the crate that it may use, and the other crates that it may name. Data flows down
+/// the rows: no module uses one below it.
 fn table() -> BTreeMap<String, [BTreeSet<String>; 2]> {
     let rows = rows();
     assert!(rows.len() >= 10, "the table was not found");
@@ -87,7 +87,7 @@ fn outside(source: &Source) -> BTreeSet<&'static str> {
     let paths = imports.chain(&source.paths);
     let mut found: BTreeSet<&str> = BTreeSet::new();
     for path in paths {
-        // Rapier stands in `lib.rs` under the name it has in both precisions.
+        // `lib.rs` re-exports the Rapier of either precision as `rapier`.
         let path = path.strip_prefix(&["crate".to_owned()]).unwrap_or(path);
         found.extend(
             OUTSIDE
@@ -105,7 +105,7 @@ fn outside(source: &Source) -> BTreeSet<&'static str> {
     found
 }
 
-/// The rooms that a file names after `crate::`, or by enough of `super::`; and names of `lib.rs`.
+/// The top-level modules (rooms) that a file names after `crate::`, or by enough of `super::`; and names of `lib.rs`.
 fn rooms_named(source: &Source) -> BTreeSet<&str> {
     let imports = source.imports.iter().map(|import| &import.path);
     let mut found = BTreeSet::new();
@@ -122,7 +122,7 @@ fn rooms_named(source: &Source) -> BTreeSet<&str> {
 }
 
 #[test]
-fn modules_use_what_the_table_allows() {
+fn modules_use_only_what_the_table_allows() {
     let table = table();
     let sources = sources();
     let needs = sources.needs();
@@ -133,12 +133,12 @@ fn modules_use_what_the_table_allows() {
             continue;
         };
         let Some([may_use, may_name]) = table.get(room) else {
-            // Not every file is a room: the table's own test says which must be.
+            // The prelude has no row; `the_table_lists_the_modules_of_the_crate` checks that all other modules have.
             assert_eq!(room, "prelude", "{file} is in no room of the table");
             continue;
         };
         for named in rooms_named(source) {
-            // What `lib.rs` re-exports is taken from the module it comes from.
+            // Re-exports of `lib.rs` must be imported from the module that defines them.
             if named != room && !may_use.contains(named) && named != "rapier" {
                 wrong.insert(format!("{file} uses crate::{named}"));
             }
@@ -201,7 +201,7 @@ fn no_files_need_each_other_in_a_circle() {
     );
 }
 
-/// Rooms without tuples as arguments, `match` on a bool and vague comments; the list may only grow.
+/// Top-level modules without tuples as arguments, `match` on a bool and vague comments; the list may only grow.
 const TIDY: [&str; 18] = [
     "bridge",
     "compile",
@@ -224,7 +224,7 @@ const TIDY: [&str; 18] = [
 ];
 
 #[test]
-fn tidy_rooms_stay_tidy() {
+fn tidy_modules_stay_tidy() {
     let sources = sources();
     let is_tidy = |source: &&Source| {
         let room = source.module.first();
@@ -307,7 +307,7 @@ fn the_check_notices_a_circle() {
     ]);
     let circle = "a/inner.rs -[super::super::b::g]-> b.rs -[Thing]-> a/inner.rs";
     assert_eq!(found, [circle]);
-    // By a star, and by the name of a module.
+    // Through a glob import, and through the name of a module.
     let found = circles_of(&[
         (
             "a.rs",

@@ -1,8 +1,7 @@
-//! What follows edits is what would be made anew: to the bit.
+//! Fields that follow edits equal fields made anew from the same set, bit for bit.
 //!
-//! Random trees are edited at random, each edit taken up by a form that has followed all before.
-//! After each, its plan and the wrenches on all bodies equal those of a form that was made of the
-//! set at once, and those of the reference within rounding.
+//! Random trees are edited at random. After edits, the plan and the wrenches on all bodies equal those of fields made
+//! from the set at once, and the wrenches equal those of the reference within rounding.
 
 use crate::support::trees::{self, Numbers, TermPlan, rounding};
 use crate::support::worlds::{self, World, bodies};
@@ -13,7 +12,7 @@ use rapier3d_fields::plan::Plan;
 use rapier3d_fields::prelude::*;
 use rapier3d_fields::{StepError, Wrench};
 
-/// An edit; what it is done to is counted round.
+/// An edit; the number of its target wraps around.
 #[derive(Clone, Debug)]
 enum Edit {
     Strength(usize, i8),
@@ -64,7 +63,7 @@ struct Bench {
 impl Bench {
     fn new(mut world: World, terms: &[TermPlan]) -> Self {
         world.physics.integration_parameters.dt = 0.0;
-        // Fields are not made of nothing; sets may be.
+        // Fields cannot be built from an empty tree, but their set may become empty.
         let mut fields = world.fields(&Field::uniform(Vector::X).into());
         fields.set.clear();
         fields.set.insert(Tree::fold(
@@ -148,7 +147,7 @@ impl Bench {
         }
     }
 
-    /// Lets the fields take up what has changed, as a step does, and gives up the step.
+    /// Compiles the edits into the fields, as a step does, and abandons the step.
     fn follow(&mut self) {
         let physics = &mut self.world.physics;
         match self.fields.begin(WorldMut::from(&mut *physics)) {
@@ -166,7 +165,7 @@ impl Bench {
         all.expect("finite")
     }
 
-    /// What is made of the same set at once.
+    /// Fields made from the same set at once.
     fn anew(&self) -> Fields {
         let mut fields = self.world.fields(&Tree::from(Field::uniform(Vector::X)));
         fields.set = self.fields.set.clone();
@@ -190,7 +189,7 @@ impl Bench {
                 wrench,
                 plan
             );
-            // What the pipeline works out itself, with all that it keeps from step to step.
+            // The wrench that the pipeline computed with all that it keeps from step to step.
             if let Some(kept) = self.fields.wrench(*body) {
                 prop_assert!(
                     same(&kept, wrench),
@@ -205,7 +204,7 @@ impl Bench {
             let why = why.expect("a dynamic body");
             let sizes = why.contributions.iter().filter_map(|c| c.force);
             let size: f64 = sizes.map(|force| to_dvec3(force).length()).sum();
-            // Scales, and products of vectors.
+            // Scales and products of vectors enlarge roundings.
             let scale = 1000.0 * (1.0 + size) * (1.0 + size);
             let bound = rounding(256) * scale;
             let (force, torque) = (why.wrench.force, why.wrench.torque);
@@ -252,7 +251,7 @@ fn change(field: &mut Field, edit: &Edit, world: &World) {
     }
 }
 
-/// To the bit.
+/// Bit for bit.
 fn same(a: &Wrench, b: &Wrench) -> bool {
     let bits =
         |wrench: &Wrench| [wrench.force, wrench.torque].map(|v| v.to_array().map(Real::to_bits));
@@ -265,7 +264,7 @@ fn run(world: World, terms: &[TermPlan], edits: &[Edit]) -> Result<(), TestCaseE
     bench.check()?;
     for (number, edit) in edits.iter().enumerate() {
         bench.edit(edit);
-        // Now and then, several at once.
+        // One edit in three is followed together with the next.
         if number % 3 != 1 {
             bench.follow();
             bench.check()?;
@@ -281,9 +280,9 @@ proptest! {
         ..ProptestConfig::default()
     })]
 
-    /// Of every kind of tree, in any order.
+    /// With edits of every kind of tree, in any order.
     #[test]
-    fn following_edits_equals_making_anew(
+    fn fields_that_follow_edits_equal_fields_made_anew(
         plans in bodies(4, 1..=3),
         terms in proptest::collection::vec(trees::term(Numbers::Fractional), 1..=6),
         edits in proptest::collection::vec(edit(), 1..24),
@@ -292,7 +291,7 @@ proptest! {
     }
 }
 
-/// Numbers below others, the same in every run.
+/// Numbers below a bound that look random, the same in every run.
 fn random() -> impl FnMut(usize) -> usize {
     let mut state = 1_usize;
     move |below| {
@@ -303,11 +302,10 @@ fn random() -> impl FnMut(usize) -> usize {
     }
 }
 
-/// Sources that stand still are kept in their order, and only those edited put elsewhere: within
-/// the box that they are in, at its faces and beyond them, alone and as several of one term, as
-/// fewer than it takes for a grid, and as more.
+/// Sources that stand still keep their order, and only edited ones move in it: within their bounding box, at its
+/// faces and beyond them, alone and as several of one term, in numbers too small for a grid and in larger ones.
 #[test]
-fn hundreds_of_edits_of_sources_that_stand_still() {
+fn edits_of_sources_that_stand_still_are_followed() {
     let plans = [[0, 0, 0], [3, 1, 0], [-2, 2, 1]].map(|position| worlds::BodyPlan {
         position,
         linvel: [1, 0, 0],
@@ -358,10 +356,9 @@ fn hundreds_of_edits_of_sources_that_stand_still() {
     }
 }
 
-/// Many like and many unlike fields: batches, programs and hierarchies from which one is taken, and
-/// into which one is put, in the middle.
+/// Many like and many unlike fields: some leave and enter the middle of batches, programs and hierarchies.
 #[test]
-fn hundreds_of_edits_of_many_fields() {
+fn edits_of_many_fields_are_followed() {
     let plans = [[0, 0, 0], [3, 1, 0], [-2, 2, 1]].map(|position| worlds::BodyPlan {
         position,
         linvel: [1, 0, 0],
@@ -426,9 +423,9 @@ fn hundreds_of_edits_of_many_fields() {
     }
 }
 
-/// A field of one step pushes once, and is gone; one of a time acts within it.
+/// A field with a lifetime of one step acts once and is removed; one with an interval of time acts within it.
 #[test]
-fn lifetimes_end() {
+fn fields_act_within_their_lifetimes() {
     let plan = worlds::BodyPlan {
         position: [2, 0, 0],
         linvel: [0; 3],
@@ -469,7 +466,7 @@ fn lifetimes_end() {
     );
 }
 
-/// Strength comes before any limit, and one changes no bit.
+/// Strength applies before any limit, and a strength of one changes no bit.
 #[test]
 fn strength_comes_before_limits() {
     let plan = worlds::BodyPlan {
@@ -506,8 +503,8 @@ fn body_at_origin() -> worlds::BodyPlan {
     }
 }
 
-/// Before: fields that are alike share a program. If two of them were changed in one step, so that one left it while the
-/// next, which was disabled, still stood in it as its first, none of them acted any more.
+/// Regression: fields that are alike share a program. If two of them were changed in one step, so that one left the
+/// program while the next, which was disabled, was still the first in it, none of them acted any more.
 #[test]
 fn two_edits_in_a_step_leave_others_as_they_are() {
     let plans = [body_at_origin()];
@@ -542,8 +539,8 @@ fn two_edits_in_a_step_leave_others_as_they_are() {
     }
 }
 
-/// Before: instances of instances of one field took the strength of the first field they share a program with, or the
-/// library panicked if that had instances of its own.
+/// Regression: instances of instances of one field took the strength of the first field of their common program, or the
+/// library panicked if that field had instances of its own.
 #[test]
 fn instances_of_instances_have_their_own_strengths() {
     let plans = [body_at_origin()];

@@ -1,5 +1,4 @@
-//! Gravity as a field beside Rapier's own, for what lies, leans, hangs and is carried: held bodies are
-//! loaded as by gravity.
+//! Gravity as a field against Rapier's own: bodies that lie, lean, hang or are carried are loaded as by gravity.
 
 use rapier3d_fields::math::{Real, from_f64, to_f64};
 use rapier3d_fields::prelude::*;
@@ -9,10 +8,10 @@ use crate::support::*;
 
 const G: Real = 9.81;
 
-/// So far away is the middle of a planet: down turns by half a thousandth of a degree in ten metres.
+/// The distance of the centre of a planet: down turns by half a thousandth of a degree in ten metres.
 const RADIUS: Real = 1e6;
 
-/// Who pulls bodies down.
+/// The source of gravity.
 #[derive(Clone, Copy, Debug)]
 pub enum Pull {
     Rapier,
@@ -36,7 +35,7 @@ pub const OURS: [Pull; 9] = [
     Pull::Alike(Scheme::Auto { tolerance: 1e-3 }),
 ];
 
-/// A world at Rapier's defaults, and what pulls in it.
+/// A world at Rapier's defaults, and the fields if gravity is theirs.
 pub struct Scene {
     pub world: PhysicsWorld,
     pub fields: Option<Fields>,
@@ -93,7 +92,7 @@ impl Scene {
     }
 }
 
-/// How far a box moves on a slope in a minute, after it has settled, and how fast it says it is.
+/// The distance that a box moves on a slope in a minute after it has settled, and its speed at the end.
 fn slides(pull: Pull, degrees: f64) -> [f64; 2] {
     let mut scene = Scene::new(pull);
     let tilt = Rotation::from_rotation_z(from_f64(degrees.to_radians()));
@@ -127,7 +126,7 @@ fn boxes_stay_on_slopes() {
     }
 }
 
-/// How far a box has moved on a platform that swings to and fro, after twenty seconds.
+/// The distance that a box has slipped on an oscillating platform after twenty seconds.
 fn slips(pull: Pull) -> f64 {
     let mut scene = Scene::new(pull);
     let platform = RigidBodyBuilder::kinematic_velocity_based().translation(Vector::Y * -0.5);
@@ -150,7 +149,7 @@ fn a_box_rides_on_a_platform() {
     for pull in OURS {
         let ours = slips(pull);
         println!("{pull:?}: {ours:.2e} beside {theirs:.2e}");
-        // A hundredth of a millimetre more for schemes of first order.
+        // A hundredth of a millimetre more, except for parallel gravity under the default scheme.
         let default = matches!(
             pull,
             Pull::Alike(Scheme::KickDriftKick) | Pull::Sampled(Scheme::KickDriftKick)
@@ -160,7 +159,7 @@ fn a_box_rides_on_a_platform() {
     }
 }
 
-/// The heights of the apexes of an elastic ball that falls from five metres.
+/// The heights of the first five apexes of an elastic ball that falls from a height.
 fn apexes(pull: Pull, height: f64) -> Vec<f64> {
     let mut scene = Scene::new(pull);
     let floor = scene.floor();
@@ -182,7 +181,7 @@ fn apexes(pull: Pull, height: f64) -> Vec<f64> {
 
 #[test]
 fn elastic_balls_rebound_as_high_as_under_gravity() {
-    // The other scheme is of first order.
+    // `LinearlyImplicit` is of first order.
     let ours = OURS
         .into_iter()
         .filter(|pull| !matches!(pull, Pull::Sampled(Scheme::LinearlyImplicit)));
@@ -206,7 +205,7 @@ fn elastic_balls_rebound_as_high_as_under_gravity() {
     }
 }
 
-/// Boxes, balls, capsules and cylinders let fall into a bin.
+/// Boxes, balls, capsules and cylinders that fall into a bin.
 fn pile(pull: Pull, (count, start): (usize, usize)) -> (Scene, Vec<RigidBodyHandle>) {
     let mut scene = Scene::new(pull);
     scene.floor();
@@ -238,7 +237,7 @@ fn pile(pull: Pull, (count, start): (usize, usize)) -> (Scene, Vec<RigidBodyHand
     (scene, bodies)
 }
 
-/// After how many seconds all sleep.
+/// The time at which all bodies of a pile sleep, in seconds.
 fn asleep_at(pull: Pull, of: (usize, usize)) -> Option<f64> {
     let (mut scene, bodies) = pile(pull, of);
     (0..2400).find_map(|step| {
@@ -249,7 +248,7 @@ fn asleep_at(pull: Pull, of: (usize, usize)) -> Option<f64> {
     })
 }
 
-/// Half of the piles of so many bodies are asleep by then, of so many piles of each size.
+/// The median of the times at which piles fall asleep, over a number of piles of each size.
 fn median(pull: Pull, sizes: &[usize], piles: usize) -> f64 {
     let each = sizes
         .iter()
@@ -262,7 +261,7 @@ fn median(pull: Pull, sizes: &[usize], piles: usize) -> f64 {
     (times[count / 2] + times[(count - 1) / 2]) / 2.0
 }
 
-/// Which pile sleeps when is chance; half of them do as soon as under gravity.
+/// The time of a single pile is chance, so the median is compared with that under Rapier's gravity.
 fn sleeps_as_soon(sizes: &[usize], piles: usize) {
     let theirs = median(Pull::Rapier, sizes, piles);
     for pull in &OURS[..2] {
@@ -277,16 +276,15 @@ fn piles_fall_asleep() {
     sleeps_as_soon(&[60], 24);
 }
 
-/// The times are spread from five seconds to more than forty, so that the median of fifty of them is known
-/// to a quarter only: those of all sizes are taken together.
+/// The times are spread from five seconds to more than forty, so the median of fifty of them is known to a quarter
+/// only: all sizes are taken together.
 #[test]
 #[ignore = "a quarter of an hour of piles"]
 fn large_piles_fall_asleep() {
     sleeps_as_soon(&[200, 250, 280, 300], 48);
 }
 
-/// Where everything is after some seconds that hangs on joints, is driven by motors, or is an
-/// articulation.
+/// The positions, after some seconds, of bodies that hang on joints, are driven by a motor, or are an articulation.
 fn jointed(pull: Pull, seconds: f64) -> Vec<Vector> {
     let mut scene = Scene::new(pull);
     let world = &mut scene.world;
@@ -347,7 +345,7 @@ fn jointed(pull: Pull, seconds: f64) -> Vec<Vector> {
 }
 
 #[test]
-fn what_hangs_on_joints_moves_as_under_gravity() {
+fn bodies_on_joints_move_as_under_gravity() {
     let theirs = jointed(Pull::Rapier, 2.0);
     for pull in OURS {
         let ours = jointed(pull, 2.0);

@@ -1,6 +1,6 @@
 //! Meshes as regions, as files have them: triangles without flags, wound either way.
 //!
-//! Regression: a mesh without the flag `ORIENTED` held nothing, and said nothing.
+//! Regression: no point was inside of a mesh without the flag `ORIENTED`, and there was no error.
 
 use rapier3d_fields::field::{MeshFault, Query};
 use rapier3d_fields::math::{DVec3, to_f64};
@@ -15,7 +15,7 @@ fn cuboid(half: Vector) -> Mesh {
     shape.as_cuboid().expect("a cuboid").to_trimesh()
 }
 
-/// Around the y axis.
+/// A torus around the y axis.
 fn torus(major: f64, minor: f64, facets: u32) -> Mesh {
     let angle = |k: u32| std::f64::consts::TAU * f64::from(k) / f64::from(facets);
     let vertex = |i: u32, j: u32| {
@@ -55,7 +55,7 @@ fn joined(a: &Mesh, b: &Mesh) -> Mesh {
     (vertices, a.1.iter().copied().chain(second).collect())
 }
 
-/// Each triangle with vertices of its own, as in files of the kind STL.
+/// Each triangle with vertices of its own, as in STL files.
 fn soup((vertices, triangles): &Mesh) -> Mesh {
     let corners = triangles.iter().flatten().map(|v| vertices[*v as usize]);
     let corners: Vec<Vector> = corners.collect();
@@ -118,7 +118,7 @@ fn from_box(half: Vector, at: Vector) -> impl Fn(DVec3) -> f64 {
 const HALF: Vector = Vector::new(1.0, 0.5, 0.75);
 
 #[test]
-fn cuboids_hold_what_boxes_hold() {
+fn meshes_of_cuboids_contain_the_points_of_the_cuboid() {
     let mesh = cuboid(HALF);
     for mesh in [
         mesh.clone(),
@@ -132,7 +132,7 @@ fn cuboids_hold_what_boxes_hold() {
 }
 
 #[test]
-fn tori_hold_what_tori_hold() {
+fn meshes_of_tori_contain_the_points_of_the_torus() {
     let (major, minor) = (1.0, 0.4);
     let distance = |p: DVec3| (p.x.hypot(p.z) - major).hypot(p.y) - minor;
     for mesh in [torus(major, minor, 64), turned(torus(major, minor, 64))] {
@@ -142,7 +142,7 @@ fn tori_hold_what_tori_hold() {
     }
 }
 
-/// Two bodies, and a body with a cavity, however all of it is wound.
+/// Two solids, and a solid with a cavity, for either winding of the whole mesh.
 #[test]
 fn several_closed_surfaces_are_one_solid() {
     let far = Vector::X * 2.5;
@@ -174,10 +174,10 @@ fn fault(mesh: Mesh) -> MeshFault {
 }
 
 #[test]
-fn what_is_no_surface_of_a_solid_is_refused() {
+fn meshes_that_bound_no_solid_are_refused() {
     let (vertices, mut triangles) = cuboid(HALF);
     let whole = (vertices.clone(), triangles.clone());
-    // A corner of a face is missing: three edges are open.
+    // A triangle is missing: three edges are open.
     let gone = triangles.pop().expect("a triangle");
     let open = fault((vertices.clone(), triangles.clone()));
     let MeshFault::Open { edges: 3, edge } = open else {
@@ -185,7 +185,7 @@ fn what_is_no_surface_of_a_solid_is_refused() {
     };
     assert!(edge.iter().all(|vertex| gone.contains(vertex)), "{edge:?}");
     assert!(open.to_string().contains("3 of its edges"), "{open}");
-    // It is there, but turned.
+    // The triangle is there, but wound the other way.
     let [a, b, c] = gone;
     triangles.push([a, c, b]);
     let against = fault((vertices.clone(), triangles.clone()));
@@ -193,7 +193,7 @@ fn what_is_no_surface_of_a_solid_is_refused() {
         matches!(against, MeshFault::Winding { edges: 3, .. }),
         "{against:?}"
     );
-    // And twice.
+    // The triangle is there twice, wound both ways.
     triangles.push(gone);
     let crowded = fault((vertices, triangles));
     assert!(
@@ -207,7 +207,7 @@ fn what_is_no_surface_of_a_solid_is_refused() {
         ),
         "{crowded:?}"
     );
-    // One of two bodies inside out; a body within a body.
+    // One of two solids inside out; a solid within a solid.
     let far = moved(&turned(cuboid(HALF * 0.5)), Vector::X * 3.0);
     for wrong in [joined(&whole, &far), joined(&whole, &cuboid(HALF * 0.5))] {
         let nested = fault(wrong);
@@ -222,9 +222,9 @@ fn what_is_no_surface_of_a_solid_is_refused() {
     assert_eq!(endless, MeshFault::NotFinite { vertex: 2 });
 }
 
-/// Who sets the flag is taken at his word.
+/// A mesh with the flag `ORIENTED` is taken as the user gives it.
 #[test]
-fn oriented_meshes_are_taken_as_they_are() {
+fn oriented_meshes_are_not_checked() {
     let (vertices, mut triangles) = cuboid(HALF);
     triangles.pop();
     let shape = SharedShape::trimesh_with_flags(vertices, triangles, TriMeshFlags::ORIENTED)

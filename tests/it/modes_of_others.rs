@@ -1,7 +1,7 @@
-//! How other engines combine zones, written with layers and with the paper's operators, against
-//! a plain loop over the zones that hold a point.
+//! The ways in which other engines combine zones, written with layers and with the paper's operators, against a plain
+//! loop over the zones that contain a point.
 //!
-//! Zones are boxes with corners at integers; points stand off all faces.
+//! Zones are boxes with corners at integers; points lie off all faces.
 
 use proptest::prelude::*;
 use rapier3d_fields::field::Query;
@@ -9,7 +9,7 @@ use rapier3d_fields::math::{DVec3, to_dvec3};
 use rapier3d_fields::prelude::*;
 use rapier3d_fields::reference::Reference;
 
-/// A box, and the vector that holds in it.
+/// A box, and the vector of the field in it.
 #[derive(Clone, Debug)]
 struct Zone {
     low: [i32; 3],
@@ -57,7 +57,7 @@ fn force(tree: &Tree, point: DVec3) -> Option<DVec3> {
     reference.force(&WorldRef::from(&world), &query)
 }
 
-/// Trees that say the same as a loop, at all points; where nothing acts they are not defined.
+/// Asserts that trees equal a loop at all points; where nothing acts, they are not defined.
 fn same(
     trees: &[Tree],
     points: &[DVec3],

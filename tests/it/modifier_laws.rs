@@ -1,5 +1,5 @@
-//! Laws of what goes beyond the paper: minima and maxima, layers, masks and scales. Integers over
-//! the reference, so the tolerance is zero.
+//! Laws of the operations beyond the paper: minima and maxima, layers, masks and scales. The reference evaluates them
+//! on integers, so the tolerance is zero, but for limits.
 
 use proptest::prelude::*;
 use rapier3d_fields::math::DVec3;
@@ -8,7 +8,7 @@ use rapier3d_fields::prelude::*;
 use crate::support::model::model as composite;
 use crate::support::model::{apply, cases, force, nested, points, same};
 
-/// Fields of a few terms.
+/// One to four random composites.
 fn composites() -> impl Strategy<Value = Vec<Tree>> {
     proptest::collection::vec(composite().prop_map(|model| model.tree()), 1..5)
 }
@@ -31,7 +31,7 @@ proptest! {
         }
     }
 
-    /// They pick one of two vectors, and between them both.
+    /// Each picks one of two vectors, and together they pick both.
     #[test]
     fn strongest_and_weakest_share_their_operands(
         u in composite(), v in composite(), points in points(),
@@ -69,7 +69,7 @@ proptest! {
         same("replace", &Tree::layers(replacing()), &forward, &points)?;
         let stopping = Tree::layers(replacing().map(Layer::stopping));
         same("replace and stop", &stopping, &backward, &points)?;
-        // What comes first is not replaced by stopping alone, either.
+        // Stopping alone does not replace the first layer, either.
         let stopping = trees.iter().map(|tree| Layer::new(nested(tree)).stopping());
         same("stop", &Tree::layers(stopping), &backward, &points)?;
     }
@@ -106,7 +106,7 @@ proptest! {
         }
     }
 
-    /// Nothing is longer than nothing, and all is shorter than a lot.
+    /// A limited vector keeps its direction; its length is the smaller of its own and the limit.
     #[test]
     fn limits_shorten(u in composite(), limit in 0..=4, points in points()) {
         let tree = u.tree();
@@ -133,7 +133,7 @@ proptest! {
         same("(U|M)|N = (U|N)|M", &masked(&masked(&u, &m), &n), &masked(&masked(&u, &n), &m), &points)?;
         same("(U|M)|M = U|M", &masked(&masked(&u, &m), &m), &masked(&u, &m), &points)?;
         same("U|U = U", &masked(&u, &u), &u, &points)?;
-        // In a mask and out of it, a field is whole.
+        // The parts inside and outside of a mask make up the field.
         let parts = apply(Operator::ReplaceUnion, &masked(&u, &m), &apply(Operator::Difference, &u, &m));
         same("U|M →∪ (U−M) = U", &parts, &u, &points)?;
     }
@@ -156,7 +156,7 @@ fn bounds_hold_after_scaling() {
     }
 }
 
-/// `-x^2` was (−x)².
+/// Regression: `-x^2` was (−x)².
 #[test]
 fn powers_in_expressions_bind_more_tightly_than_signs() {
     let tree = Tree::from(Field::expression(["-x^2", "(-x)^2", "0 - x^2"]));

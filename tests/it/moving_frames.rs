@@ -1,5 +1,5 @@
-//! Drag in the frame of a kinematic body that moves and turns, against an integration of this file's own. Before its
-//! first step, Rapier does not know the centre of mass of a carrier without colliders.
+//! Drag in the frame of a kinematic body that moves and turns, against a Runge-Kutta integration in this file. Before
+//! its first step, Rapier has no centre of mass for a carrier without colliders.
 
 use rapier3d_fields::math::{DVec3, from_dvec3, from_f64, to_dvec3};
 use rapier3d_fields::prelude::*;
@@ -20,7 +20,7 @@ const ANGVEL: DVec3 = DVec3::new(0.6, -0.2, 0.9);
 const PLACE: DVec3 = DVec3::new(-0.6, -0.5, 0.1);
 const VELOCITY: DVec3 = DVec3::new(-0.2, -0.9, 0.4);
 
-/// The place of a ball, its velocity, after some steps. The carrier has a part at an arm from its origin, or none.
+/// The place and the velocity of a ball after some steps. The carrier has a part at `ARM` from its origin, or none.
 fn stepped(scheme: Scheme, has_part: bool, steps: usize) -> [DVec3; 2] {
     let mut world = weightless(from_f64(END / steps as f64));
     let carrier = RigidBodyBuilder::kinematic_velocity_based()
@@ -45,7 +45,7 @@ fn stepped(scheme: Scheme, has_part: bool, steps: usize) -> [DVec3; 2] {
     [to_dvec3(body.translation()), to_dvec3(body.linvel())]
 }
 
-/// The same by the method of Runge and Kutta at small steps.
+/// The same by the classical Runge-Kutta scheme at small steps.
 fn exact(has_part: bool) -> [DVec3; 2] {
     const STEPS: usize = 2000;
     let pivot = if has_part { ORIGIN + ARM } else { ORIGIN };
@@ -73,7 +73,7 @@ fn exact(has_part: bool) -> [DVec3; 2] {
 }
 
 #[test]
-fn drag_in_a_frame_that_moves_and_turns_is_of_the_order_of_the_scheme() {
+fn drag_in_a_frame_that_moves_and_turns_has_the_order_of_the_scheme() {
     for (scheme, order) in SCHEMES {
         for has_part in [false, true] {
             let exact = exact(has_part);

@@ -1,5 +1,5 @@
-//! Orders of convergence with everything on: under the world's gravity, linear and angular damping, over
-//! three halvings of the step, beside an integrator of this file's own at steps so fine that it is exact.
+//! Orders of convergence under the world's gravity, linear and angular damping, over three halvings of the step,
+//! against a Runge-Kutta integrator in this file at steps so fine that its own error does not count.
 
 use rapier3d_fields::math::{DQuat, DVec3};
 use rapier3d_fields::prelude::*;
@@ -10,7 +10,7 @@ const GRAVITY: DVec3 = DVec3::new(0.0, -9.81, 0.0);
 const LINEAR_DAMPING: f64 = 0.3;
 const ANGULAR_DAMPING: f64 = 0.4;
 
-/// How close to the nominal order every measured one must come.
+/// A nominal order, and how close to it every measured one must come.
 const SECOND: (f64, f64) = (2.0, 0.05);
 const FOURTH: (f64, f64) = (4.0, 0.1);
 
@@ -26,7 +26,7 @@ struct Top {
 }
 
 impl Top {
-    /// One that a force at its middle does not turn.
+    /// A body that forces do not turn, because its only site is its centre.
     fn point(mass: f64, place: DVec3, velocity: DVec3) -> Self {
         Top {
             mass,
@@ -39,7 +39,7 @@ impl Top {
     }
 }
 
-/// A site on its way.
+/// A site at a moment of the motion.
 #[derive(Clone, Copy)]
 struct Site {
     body: usize,
@@ -62,7 +62,7 @@ struct Case {
     end: f64,
 }
 
-/// Where a body is, how it is turned, and how it moves and turns.
+/// The place, attitude, velocity and angular momentum of a body.
 #[derive(Clone, Copy)]
 struct State {
     place: DVec3,
@@ -71,7 +71,7 @@ struct State {
     momentum: DVec3,
 }
 
-/// How a state changes.
+/// The time derivative of a state.
 #[derive(Clone, Copy)]
 struct Rate(State);
 
@@ -163,7 +163,7 @@ impl Case {
         self.bodies.iter().map(start).collect()
     }
 
-    /// The end, in so many steps.
+    /// The states at the end, by a number of Runge-Kutta steps.
     fn by_hand(&self, steps: u32) -> Vec<State> {
         let mut states = self.starts();
         for _ in 0..steps {
@@ -172,14 +172,14 @@ impl Case {
         states
     }
 
-    /// The end as exactly as 64 bits allow, and how far off it may be.
+    /// The states at the end, as exactly as 64 bits allow, and a bound of their error.
     fn exact(&self) -> (Vec<State>, f64) {
         let [coarse, fine] = [10_000, 20_000].map(|steps| self.by_hand(steps));
         let doubt = self.distance(&coarse, &fine) / 15.0;
         (fine, doubt)
     }
 
-    /// The end, by the fields.
+    /// The states at the end, by the fields.
     fn by_fields(&self, scheme: Scheme, steps: u32) -> Vec<State> {
         let mut world = weightless(self.end / f64::from(steps));
         world.gravity = GRAVITY;
@@ -206,11 +206,11 @@ impl Case {
             .collect()
     }
 
-    /// By places, attitudes and velocities.
+    /// The sum of the differences of places, attitudes, velocities and angular velocities.
     fn distance(&self, ours: &[State], theirs: &[State]) -> f64 {
         let all = self.bodies.iter().zip(ours.iter().zip(theirs));
         let off = all.map(|(top, (a, b))| {
-            // The angle by its sine: by the cosine half of the digits are lost.
+            // The angle by its sine: by the cosine, half of the digits would be lost.
             let turn = 2.0 * (a.attitude * b.attitude.inverse()).xyz().length();
             let spin = a.spin(top.moments).distance(b.spin(top.moments));
             a.place.distance(b.place) + a.velocity.distance(b.velocity) + turn + spin
@@ -275,11 +275,11 @@ fn seen(body: &RigidBody, top: &Top) -> State {
 const KDK: Scheme = Scheme::KickDriftKick;
 const SUBSTEP: Scheme = Scheme::Substep(Substeps::Fixed(3));
 const FORWARD: Scheme = Scheme::Forward4;
-/// So loose that whole steps do.
+/// So loose that one whole step meets the tolerance.
 const PER_BODY: Scheme = Scheme::Substep(Substeps::PerBody { tolerance: 0.25 });
 const AUTO: Scheme = Scheme::Auto { tolerance: 0.25 };
 
-/// All schemes that follow motion, at so many steps of whole ones and of those that divide them.
+/// The schemes of second and fourth order: `whole` steps for those of whole steps, `divided` for those of substeps.
 fn plans(whole: u32, divided: u32) -> [(Scheme, (f64, f64), u32); 5] {
     [
         (KDK, SECOND, whole),
@@ -290,12 +290,12 @@ fn plans(whole: u32, divided: u32) -> [(Scheme, (f64, f64), u32); 5] {
     ]
 }
 
-/// The same force on every site.
+/// The same law for the force on every site.
 fn each(force: impl Fn(&Site) -> DVec3 + 'static) -> Forces {
     Box::new(move |sites| sites.iter().map(&force).collect())
 }
 
-/// A field that every site takes whole.
+/// A field that acts in full on every site.
 fn whole(field: Field) -> Field {
     field.coupled_to(Coupling::Each)
 }
@@ -309,7 +309,7 @@ fn spring() {
         end: 1.3,
     };
     case.check("spring", &plans(80, 40));
-    // So strict that it composes, at all of these steps.
+    // So strict that `Auto` makes steps of fourth order, whatever the step.
     let composing = Scheme::Auto { tolerance: 1e-6 };
     case.check("spring", &[(composing, FOURTH, 80)]);
 }
@@ -333,7 +333,7 @@ fn drag() {
     }
 }
 
-/// It feels nothing in its first moment, but is in the drag all the same.
+/// The drag is zero at the start only, when the body is at rest.
 #[test]
 fn drag_from_rest() {
     falls_in_drag(DVec3::ZERO, (2.0, 0.0));
@@ -346,7 +346,7 @@ fn falls_in_drag(velocity: DVec3, (linear, quadratic): (f64, f64)) {
         forces: each(move |site| site.velocity * -(linear + quadratic * site.velocity.length())),
         end: 1.0,
     };
-    // From where a kick changes the force by less than a tenth: beyond, it is seen anew.
+    // At the coarsest step a kick changes the force by less than a tenth; beyond that, the force is evaluated again.
     let name = format!("drag {linear}, {quadratic} from {velocity}");
     case.check(&name, &plans(240, 40));
 }
@@ -368,7 +368,7 @@ fn helix() {
     }
 }
 
-/// What pulls at the middle does not turn, but damping and the free rotation are there.
+/// A force at the centre does not turn the body, but damping and its free rotation do act.
 #[test]
 fn spinning_in_a_spring() {
     let case = Case {
@@ -383,9 +383,9 @@ fn spinning_in_a_spring() {
     case.check("spinning in a spring", &plans(80, 40));
 }
 
-/// The same of a ball, and of what one vector pushes everywhere.
+/// The same for a ball, and for a force that is the same everywhere.
 #[test]
-fn spinning_where_nothing_turns() {
+fn spinning_without_torque() {
     let spin = DVec3::new(3.0, 1.0, -2.0);
     let ball = |moments| Top {
         moments,
@@ -438,7 +438,7 @@ fn dipole_pendulum() {
     case.check("dipole pendulum", &plans(80, 40));
 }
 
-/// Hung on a spring at one of its ends.
+/// A body that hangs on a spring at one of its ends.
 #[test]
 fn swinging_body() {
     let case = Case {
@@ -453,7 +453,7 @@ fn swinging_body() {
     case.check("swinging body", &plans(100, 50));
 }
 
-/// Fast ones, in a field that turns them and in drag at their ends.
+/// Fast tops, in a field that turns them and with drag at their ends.
 #[test]
 fn tops() {
     for spin in [
@@ -478,8 +478,7 @@ fn tops() {
     }
 }
 
-/// What pairs of sites of different bodies do to each other, along the line between them, as a multiple
-/// of it.
+/// The forces between sites of different bodies: the vector between two sites times `law`.
 fn between(law: impl Fn(&Site, &Site, f64) -> f64 + 'static) -> Forces {
     Box::new(move |sites| {
         let push = |site: &Site| {
@@ -494,7 +493,7 @@ fn between(law: impl Fn(&Site, &Site, f64) -> f64 + 'static) -> Forces {
     })
 }
 
-/// Two bodies about each other.
+/// Two bodies that orbit each other.
 fn two(masses: [f64; 2], distance: f64, speed: f64) -> Vec<Top> {
     let half = DVec3::X * (0.5 * distance);
     let aside = DVec3::new(0.0, 0.8, 0.6) * speed;
@@ -505,7 +504,7 @@ fn two(masses: [f64; 2], distance: f64, speed: f64) -> Vec<Top> {
     ]
 }
 
-/// One attracts, and the other feels it back.
+/// One body attracts the other, and the reaction acts on it.
 #[test]
 fn attracting_dimer() {
     let case = Case {

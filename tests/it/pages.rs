@@ -29,7 +29,7 @@ fn prose(page: &str) -> String {
     parts.collect::<Vec<_>>().join("\n")
 }
 
-/// Where the links and pictures of a page lead.
+/// The targets of the links and pictures of a page.
 fn links(page: &str) -> Vec<String> {
     let prose = prose(page);
     let after = prose.split("](").skip(1);
@@ -37,8 +37,8 @@ fn links(page: &str) -> Vec<String> {
     targets.map(|(target, _)| target.to_owned()).collect()
 }
 
-/// The anchors of a page's headings, as they are made for pages on the web: small letters, digits,
-/// hyphens and underscores; blanks become hyphens.
+/// The anchors of a page's headings, as web hosts make them: lower-case letters, digits, hyphens and underscores;
+/// blanks become hyphens.
 fn anchors(page: &str) -> HashSet<String> {
     let prose = prose(page);
     let headings = prose.lines().filter(|line| line.starts_with('#'));
@@ -61,7 +61,7 @@ fn links_lead_somewhere() {
         let page = read(&path);
         let folder = path.parent().expect("a folder");
         for link in links(&page) {
-            // The web is not looked at, nor what the documentation of code resolves.
+            // Addresses on the web are not looked up, and rustdoc resolves paths of items.
             if link.contains("://") || link.contains("::") {
                 continue;
             }
@@ -101,7 +101,7 @@ fn every_page_of_the_documentation_is_listed() {
     }
 }
 
-/// A first page that is longer is not read.
+/// Readers give up on a longer first page.
 #[test]
 fn the_first_page_is_short() {
     let size = read(&root().join("README.md")).len();

@@ -1,4 +1,4 @@
-//! The potential energy under every modifier: forces are its gradient, or it says that some have none.
+//! The potential energy under every modifier: forces are its negative gradient, or it reports that some have none.
 
 use rapier3d_fields::math::{DVec3, from_dvec3, to_dvec3};
 use rapier3d_fields::prelude::*;
@@ -98,7 +98,7 @@ impl Probe {
         let body = RigidBodyBuilder::dynamic();
         let (body, collider) = world.insert(body, ColliderBuilder::ball(0.1).mass(1.5));
         world.bodies[body].recompute_mass_properties_from_colliders(&world.colliders);
-        // Acceleration and sum are a tree's business, so some of these do not go together.
+        // Combinations that are refused are left out.
         let mut fields = Fields::new(tree).ok()?;
         let properties = ColliderProperties::new().charge(-1.2);
         let set = fields.set_properties(collider, properties, &world.colliders);
@@ -125,7 +125,7 @@ impl Probe {
 }
 
 #[test]
-fn forces_are_the_gradient_of_the_potential_or_it_says_not() {
+fn forces_are_the_gradient_of_the_potential_or_have_none() {
     let h = 1e-5;
     let points = [
         DVec3::new(0.7, 0.4, -0.5),

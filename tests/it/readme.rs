@@ -1,5 +1,5 @@
-//! What pages say that programs have found out is that of the newest committed results:
-//! `WRITE_README=1 cargo test --release readme` puts it there.
+//! Measured figures on the pages are those of the newest committed results.
+//! `WRITE_README=1 cargo test --release readme` writes them.
 
 use std::path::{Path, PathBuf};
 
@@ -27,12 +27,12 @@ fn read(path: &Path) -> String {
     std::fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
-/// Whether files are to be made what they should be.
+/// Whether to write the files instead of comparing them.
 fn writes() -> bool {
     std::env::var_os("WRITE_README").is_some()
 }
 
-/// Has a text between two marks of a page.
+/// Asserts that a page has a text between two marks, or writes it there.
 fn has(page: &str, marks: [&str; 2], text: &str) {
     let [start, end] = marks;
     let path = root().join(page);
@@ -53,7 +53,7 @@ fn has(page: &str, marks: [&str; 2], text: &str) {
 const RIVALS: [&str; 2] = ["<!-- rivals -->\n", "<!-- end -->"];
 const STUDY: [&str; 2] = ["<!-- study -->\n", "<!-- end of study -->"];
 
-/// Rows of the README, of scenes that differ the most, good and bad.
+/// Rows of the README: scenes that differ the most, with good and bad results.
 const SHOWN_RIVALS: [&str; 5] = [
     "| uniform field, 10,000 balls | field, kick-drift-kick |",
     "| wind, 10,000 balls | field, kick-drift-kick |",
@@ -108,7 +108,7 @@ fn errors_are_those_of_committed_results() {
     if writes() {
         std::fs::write(&path, &picture).expect("it can be written");
     }
-    // As text, a difference is thousands of lines.
+    // `assert_eq` would print thousands of lines.
     let same = read(&path) == picture;
     assert!(
         same,

@@ -19,7 +19,7 @@ const LOOSE: &str = include_str!("../data/b_cluster32/cluster32_loose.csv");
 const LIQUID: &str = include_str!("../data/b_cluster32/cluster32_liquid.csv");
 
 /// In `f32`, poses of up to 12 Å are rounded to 5e-7 Å, which moves terms at 2.5 Å and less by
-/// some 1e-7 of themselves each; honest arithmetic adds 4e-7 at most. In `f64` both are some units
+/// some 1e-7 of themselves each; the arithmetic adds 4e-7 at most. In `f64` both are some units
 /// of 1e-16 a term, and errors of many terms partly cancel.
 fn force_bound() -> f64 {
     either(1e-6, 1e-14)
@@ -31,7 +31,7 @@ fn energy_bound() -> f64 {
     either(1e-6, 1e-14)
 }
 
-/// What the files say of one molecule.
+/// The values of one molecule in the files.
 struct Expected {
     pose: Pose,
     force: DVec3,
@@ -138,7 +138,7 @@ struct Errors {
 }
 
 impl Errors {
-    /// Takes in one molecule.
+    /// Includes the errors of one molecule.
     fn add(&mut self, expected: &Expected, (force, torque): (DVec3, DVec3)) {
         let force = force.distance(expected.force) / expected.force_scale;
         let torque = torque.distance(expected.torque) / expected.torque_scale;
@@ -173,7 +173,7 @@ fn errors(expected: &[Expected], coulomb: f64) -> [Errors; 2] {
 }
 
 #[test]
-fn dimers_feel_the_forces_and_torques_of_openmm() {
+fn dimers_have_the_forces_and_torques_of_openmm() {
     let mut worst = [Errors::default(); 2];
     for (place, row) in Table::parse(DIMERS).rows().enumerate() {
         let errors = errors(&dimer(row), COULOMB);
@@ -192,7 +192,7 @@ fn dimers_feel_the_forces_and_torques_of_openmm() {
 const NAMES: [&str; 2] = ["compiled", "reference"];
 
 #[test]
-fn clusters_feel_the_forces_and_torques_of_openmm() {
+fn clusters_have_the_forces_and_torques_of_openmm() {
     for (name, text) in [("loose", LOOSE), ("liquid", LIQUID)] {
         let expected: Vec<Expected> = Table::parse(text).rows().map(cluster).collect();
         let errors = errors(&expected, COULOMB);
@@ -230,9 +230,9 @@ fn clusters_have_the_energy_of_openmm() {
     }
 }
 
-/// That the bounds can be missed: each wrong model fails by orders of magnitude.
+/// The bounds can be missed: each wrong model exceeds them at least tenfold.
 #[test]
-fn wrong_models_are_told_apart() {
+fn wrong_models_fail() {
     let table = Table::parse(DIMERS);
     let error = |coulomb: f64| {
         let errors = table

@@ -1,4 +1,4 @@
-//! Our regions against Parry's shapes: who is inside, at thousands of points.
+//! Regions of this crate against Parry's shapes: which of thousands of points are inside.
 //!
 //! Points within `BAND` of the surface, by Parry's own projection, are left out: there the two
 //! round differently.
@@ -14,7 +14,7 @@ use rapier3d_fields::reference::Reference;
 /// Hundreds of roundings at the distances used here, in `f32`.
 const BAND: Real = 1e-3;
 
-/// How far from the centre points are taken.
+/// The largest coordinate of points.
 const REACH: Real = 4.0;
 
 const POINTS: usize = 64;
@@ -44,7 +44,7 @@ fn pose() -> impl Strategy<Value = Pose> {
     })
 }
 
-/// Where a region is put: in the field's frame, and the field in the world.
+/// The pose of a region in the field's frame, and of the field in the world.
 fn placement() -> impl Strategy<Value = (Pose, Pose)> {
     let still = || Just(Pose::IDENTITY);
     (prop_oneof![still(), pose()], prop_oneof![still(), pose()])
@@ -89,7 +89,7 @@ fn compare(
     Ok(())
 }
 
-/// A shape as itself, in [`Region::shape`].
+/// Compares a shape with its [`Region::shape`].
 fn compare_shape(
     shape: SharedShape,
     placement: (Pose, Pose),
@@ -114,7 +114,7 @@ proptest! {
         compare(Region::ball(r), &*SharedShape::ball(r).0, at, &points)?;
     }
 
-    /// Over the axes of space, sets over axes are those of space.
+    /// Balls and half-spaces over the axes x, y and z are those in space.
     #[test]
     fn balls_and_half_spaces_over_axes(
         r in size(), toward in point(1.0), offset in -2.0..2.0_f64,
@@ -181,7 +181,7 @@ proptest! {
         compare_shape(shape, at, &points)?;
     }
 
-    /// A mesh, whose inside Parry tells by pseudo-normals where it is flagged as oriented.
+    /// Parry finds the inside of a mesh by pseudo-normals, if it is flagged as oriented.
     #[test]
     fn meshes(half in [size(), size(), size()], at in placement(), points in points()) {
         let [x, y, z] = half;
@@ -214,8 +214,7 @@ proptest! {
         let region = Region::ball(r).at(shift(-apart))
             .union(Region::cuboid(Vector::new(h, r, h)).at(shift(apart)));
         for point in &points {
-            // Inside one part, near the surface of the other: skipped by hand, since Parry
-            // projects on either.
+            // Points near the surface of either part are skipped by hand, since Parry projects on one of the parts.
             let near = [(-apart, SharedShape::ball(r)), (apart, SharedShape::cuboid(h, r, h))]
                 .into_iter()
                 .any(|(x, part)| {
@@ -230,8 +229,8 @@ proptest! {
     }
 }
 
-/// Fields within surfaces and lines were accepted and acted nowhere, since regularised these hold
-/// no points. They are refused, and so are compounds with such a part.
+/// Regression: fields within surfaces and lines were accepted and acted nowhere, since these have no interior. They are
+/// refused, and so are compounds with such a part.
 #[test]
 fn surfaces_and_lines_are_refused() {
     let corners = [[-1, -1], [1, -1], [1, 1]].map(|[x, z]| Vector::new(x as Real, 0.0, z as Real));
@@ -259,7 +258,7 @@ fn surfaces_and_lines_are_refused() {
 }
 
 #[test]
-fn shapes_that_are_solids_become_these() {
+fn shapes_of_solids_become_the_regions_of_their_names() {
     let pairs = [
         (SharedShape::ball(1.5), Region::ball(1.5)),
         (

@@ -1,4 +1,4 @@
-//! Worlds that are edited as they run, rolled back and run again: the same bits.
+//! Worlds that are edited as they run, rolled back and run again have the same bits.
 
 use rapier3d_fields::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -70,7 +70,7 @@ fn build(scheme: Scheme) -> (PhysicsWorld, Fields) {
         Scheme::LinearlyImplicit,
     ]
     .contains(&scheme);
-    // The others are refused there, but by springs.
+    // The other schemes are refused with contact fields, except for springs.
     let law = match answers {
         true => ContactLaw::restitution(0.8),
         false => ContactLaw::Penalty {
@@ -83,7 +83,7 @@ fn build(scheme: Scheme) -> (PhysicsWorld, Fields) {
     (world, fields.expect("a valid tree"))
 }
 
-/// What a user does before a frame: of it alone.
+/// The user's edit before a frame, which depends on the number of the frame only.
 fn edit(frame: u64, world: &mut PhysicsWorld, fields: &mut Fields) {
     let turn = (frame % 17) as Real / 17.0;
     match frame % 12 {
@@ -131,7 +131,7 @@ fn frame(number: u64, world: &mut PhysicsWorld, fields: &mut Fields) -> Vec<Vec<
     bits(world)
 }
 
-/// A frame that may be gone back to: the world as bytes and as a copy, the fields as bytes.
+/// A frame to which a run can go back: the world as bytes and as a copy, the fields as bytes.
 struct Kept {
     saved: Vec<u8>,
     copy: PhysicsWorld,
@@ -139,11 +139,11 @@ struct Kept {
     seen: Vec<Vec<u64>>,
 }
 
-/// The frames by which a run goes back.
+/// The number of frames by which a run goes back.
 const BACK: usize = 8;
 
-/// Goes back in every frame, as a game does on a message that is late, and makes the frames since again: now from bytes,
-/// now from a copy of the world; into new fields, or into those that made other steps since.
+/// Goes back in every frame, as a game does on a late message, and makes the frames since again: from bytes or from a
+/// copy of the world, into new fields or into those that have made other steps since.
 fn go_back_in_every_frame(frames: u64, scheme: Scheme, detection: Detection) {
     let (mut world, mut fields) = build(scheme);
     fields.settings.detection = detection;
@@ -176,11 +176,11 @@ fn go_back_in_every_frame(frames: u64, scheme: Scheme, detection: Detection) {
     assert!(fields.time() > 0.0);
 }
 
-/// 95daff4: the recipe saved the state alone, so what was edited since stayed, the step returned `Ok`, and the
-/// world was another. World, set, settings and state together go back bit for bit by eight steps in every frame, with
-/// joints of both kinds and contacts that fields answer.
+/// In 95daff4 the recipe saved the state alone, so later edits stayed, the step returned `Ok`, and the world differed.
+/// World, set, settings and state together go back bit for bit by eight steps in every frame, with joints of both kinds
+/// and contacts that fields answer.
 #[test]
-fn eight_frames_back_in_every_frame() {
+fn going_back_eight_frames_in_every_frame_gives_the_same_bits() {
     for scheme in SCHEMES {
         for detection in [Detection::Discrete, Detection::Swept] {
             go_back_in_every_frame(24, scheme, detection);
@@ -191,7 +191,7 @@ fn eight_frames_back_in_every_frame() {
 /// The same for ten seconds.
 #[test]
 #[ignore = "takes minutes"]
-fn eight_frames_back_in_each_of_six_hundred_frames() {
+fn going_back_eight_frames_in_each_of_six_hundred_gives_the_same_bits() {
     for scheme in SCHEMES {
         for detection in [Detection::Discrete, Detection::Swept] {
             go_back_in_every_frame(600, scheme, detection);
@@ -199,9 +199,9 @@ fn eight_frames_back_in_each_of_six_hundred_frames() {
     }
 }
 
-/// A copy makes the steps that the world makes afterwards, and leaves it as it is.
+/// A prediction makes the steps that the world makes afterwards, and leaves the world as it is.
 #[test]
-fn a_prediction_comes_true() {
+fn a_prediction_equals_the_later_steps() {
     for scheme in SCHEMES {
         let (mut world, mut fields) = build(scheme);
         for start in [0, 30] {
@@ -229,7 +229,7 @@ fn a_prediction_comes_true() {
     }
 }
 
-/// A body that is gone has no pose; an error of a step is that of the prediction.
+/// A removed body has an empty path; the prediction returns the error of its step.
 #[test]
 fn a_path_ends_with_its_body() {
     let (mut world, fields) = build(Scheme::KickDriftKick);
@@ -247,7 +247,7 @@ fn a_path_ends_with_its_body() {
     assert!(matches!(error, StepError::TimeStep { .. }), "{error}");
 }
 
-/// What happens to a pile before a frame, of which the last step of the fields knows nothing.
+/// Changes a pile before a frame, after the last step of the fields.
 fn meddle(frame: u64, world: &mut PhysicsWorld) {
     let bodies: Vec<_> = world.bodies.iter().map(|(handle, _)| handle).collect();
     let body = bodies[1 + frame as usize % (bodies.len() - 1)];
@@ -256,7 +256,7 @@ fn meddle(frame: u64, world: &mut PhysicsWorld) {
         // A step without fields.
         1 | 2 => world.step(),
         3 => world.bodies[body].set_translation(high, true),
-        // A body that flies gets the place of one that lay on others.
+        // A flying body gets the slot in the arena of one that lay on others.
         4 => {
             world.remove_body(body);
             let other = RigidBodyBuilder::dynamic().translation(high);
@@ -264,7 +264,7 @@ fn meddle(frame: u64, world: &mut PhysicsWorld) {
         }
         5 => world.bodies[body].wake_up(true),
         6 => world.bodies[body].sleep(),
-        // The same body elsewhere, seen by a step without fields.
+        // A body is moved, and a step without fields follows.
         7 => {
             world.bodies[body].set_translation(high, true);
             world.step();
@@ -299,7 +299,7 @@ fn contacts_are_those_of_the_last_step_of_rapier() {
         let mut fresh = fields.clone();
         for number in 0..150 {
             meddle(number, &mut world);
-            // Other fields make the same step with the state alone: none of their buffers are of the last step.
+            // Other fields make the same step with the state alone, without buffers of the last step.
             let mut other = fields.predict(&world).world;
             fresh.state = fields.state.clone();
             fields.step(&mut world).expect("a step");

@@ -1,5 +1,5 @@
-//! One step, by any route: `step`, `step_with`, and `begin` and `finish` around a pipeline of one's
-//! own agree bit for bit, whatever is in the world.
+//! A step by any route: `step`, `step_with`, and `begin` and `finish` around the user's own pipeline agree bit for bit,
+//! whatever is in the world.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::channel;
@@ -14,7 +14,7 @@ use crate::support::weightless;
 
 type Run = (PhysicsWorld, Fields);
 
-/// Counts what it is asked, and allows all.
+/// Counts its calls, and allows all pairs.
 #[derive(Default)]
 struct Counting(AtomicUsize);
 
@@ -25,7 +25,7 @@ impl PhysicsHooks for Counting {
     }
 }
 
-/// A step around a pipeline of one's own.
+/// A step by `begin` and `finish` around the user's own pipeline.
 fn own_step(
     (world, fields): &mut Run,
     pipeline: &mut PhysicsPipeline,
@@ -52,7 +52,7 @@ fn own_step(
     fields.warnings().to_vec()
 }
 
-/// A step by a pipeline of fields beside the set, the settings and the state.
+/// A step by a `FieldPipeline` that is kept apart from the set, the settings and the state.
 fn step_of_parts((world, fields): &mut Run, pipeline: &mut FieldPipeline) -> StepOutcome {
     let Fields {
         set,
@@ -67,7 +67,7 @@ fn step_of_parts((world, fields): &mut Run, pipeline: &mut FieldPipeline) -> Ste
     done.expect("a step")
 }
 
-/// All that moves, particles included.
+/// The states of all bodies and particles, bit for bit.
 fn all(world: &PhysicsWorld) -> Vec<u64> {
     let particles = world.soft_bodies.iter().flat_map(|(_, soft)| {
         let places = soft.particle_positions().zip(soft.particle_velocities());
@@ -143,7 +143,7 @@ fn elastic(collider: ColliderHandle) -> Field {
     Field::contact(ContactLaw::elastic()).at(collider)
 }
 
-/// Two balls that meet at 2 m/s, answered by fields in any route.
+/// Two balls that meet at 2 m/s; fields answer their contact.
 fn two_balls(detection: Detection) -> Run {
     let mut world = weightless(1.0 / 60.0);
     let (left, right) = (ball(&mut world, -1.0, 1.0), ball(&mut world, 1.0, -1.0));
@@ -153,7 +153,7 @@ fn two_balls(detection: Detection) -> Run {
 }
 
 #[test]
-fn two_elastic_balls() {
+fn routes_agree_on_two_elastic_balls() {
     for detection in [Detection::Discrete, Detection::Swept] {
         let build = || two_balls(detection);
         agree(&format!("{detection:?}"), build, 90);
@@ -172,7 +172,7 @@ fn two_elastic_balls() {
 }
 
 #[test]
-fn a_multibody_arm_in_wind() {
+fn routes_agree_on_a_multibody_arm_in_wind() {
     for scheme in SCHEMES {
         let build = || {
             let mut world = PhysicsWorld::new();
@@ -196,7 +196,7 @@ fn a_multibody_arm_in_wind() {
 }
 
 #[test]
-fn a_soft_body_in_wind() {
+fn routes_agree_on_a_soft_body_in_wind() {
     for scheme in SCHEMES {
         let build = || {
             let mut world = PhysicsWorld::new();
@@ -219,7 +219,7 @@ fn a_soft_body_in_wind() {
 }
 
 #[test]
-fn rules_for_pairs() {
+fn routes_agree_on_rules_for_pairs() {
     let build = || {
         let mut world = weightless(1.0 / 60.0);
         let balls: Vec<_> = (0..6)
@@ -280,14 +280,14 @@ fn heap(scheme: Scheme) -> Run {
 }
 
 #[test]
-fn a_heap_under_gravity_in_every_scheme() {
+fn routes_agree_on_a_heap_under_gravity() {
     for scheme in SCHEMES {
         agree(&format!("{scheme:?}"), || heap(scheme), 120);
     }
 }
 
-/// A pipeline that steps two worlds in turn gives each the bits of a pipeline of its own: caches of the one are not
-/// taken for the other's, although both have the same handles and numbers of steps.
+/// A pipeline that steps two worlds in turn gives each the bits of a pipeline of its own: caches of one world are not
+/// used for the other, although both have the same handles and numbers of steps.
 #[test]
 fn one_pipeline_steps_two_worlds() {
     for scheme in SCHEMES {
@@ -326,7 +326,7 @@ fn one_uniform_field_is_the_same_by_its_own_path_and_by_the_general_one() {
             let fields = Fields::builder(tree).scheme(scheme).build();
             (world, fields.expect("a valid tree"))
         };
-        // A far field of no strength worth naming takes the general path.
+        // A second field, far off and negligible, selects the general path.
         let far = Field::uniform(Vector::X * 1e-30)
             .within(Region::ball(1.0))
             .at(Vector::X * 1e6);
@@ -339,9 +339,9 @@ fn one_uniform_field_is_the_same_by_its_own_path_and_by_the_general_one() {
     }
 }
 
-/// Who forgets the hooks is told in that step.
+/// A step of Rapier without the hooks gives a warning in that step.
 #[test]
-fn forgotten_hooks_are_told() {
+fn forgotten_hooks_give_a_warning() {
     let (mut world, mut fields) = two_balls(Detection::Discrete);
     let mut told = false;
     for _ in 0..90 {
@@ -355,10 +355,9 @@ fn forgotten_hooks_are_told() {
     assert!(told);
 }
 
-/// Between the halves of a step bodies and fields may change: what is gone is left out, what is new
-/// takes part from the next step on, edited fields act as edited.
+/// Removed bodies are left out, new ones take part from the next step on, and edited fields act as edited.
 #[test]
-fn changes_between_the_halves() {
+fn bodies_and_fields_may_change_between_the_halves() {
     for scheme in SCHEMES {
         let build = || {
             let mut world = weightless(1.0 / 60.0);
@@ -399,11 +398,11 @@ fn changes_between_the_halves() {
     }
 }
 
-/// Where no field acts, balls are Rapier's, bit for bit: all of them where every field is far off, and those
-/// that none reaches beside one that is pushed. (Bodies of unequal inertia that spin are turned by this crate
-/// wherever a field could turn any: 21 of 40 random worlds differ by a far-off spring, which was denied.)
+/// Where no field acts, balls move as in Rapier alone, bit for bit: all of them where every field is far off, and those
+/// out of reach beside one that a field pushes. (Spinning bodies of unequal inertia are rotated by this crate wherever
+/// a field could rotate any body: 21 of 40 random worlds differ by a far-off spring.)
 #[test]
-fn what_no_field_reaches_is_rapiers() {
+fn balls_that_no_field_reaches_move_as_in_rapier() {
     for scheme in SCHEMES {
         for near in [false, true] {
             let build = || {
