@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Runs a program for one part of a study; the second part dies the first time, and leaves FOLDER/died.
+# Runs a program for one part of a study. The first run of part 2 fails, and leaves FOLDER/died.
 # usage: tests/dies_once.sh PART FOLDER PROGRAM [ARGUMENT]...
 set -e
 if [[ $1 == 2 && ! -e $2/died ]]; then

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# A page of a study or of a replay, opened in a headless browser: as wide as a desk and as narrow as a phone,
-# light and dark. It must raise no error, fetch nothing, not scroll sideways, and have at least one of each
-# thing: those of a study, unless others are named.
+# Opens a page of a study or of a replay in a headless browser: as wide as a desktop and as narrow as a phone, light and
+# dark. The page must raise no error, fetch nothing, not scroll sideways, and have at least one of each THING: those of
+# a study, unless others are named.
 # usage: tests/page.sh PAGE.html [THING…]
 set -euo pipefail
 page=$1
@@ -18,7 +18,7 @@ fi
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 
-# Looks at the page from within, and tells the page around it.
+# Examines the page from within, and sends the findings to the page around it.
 cat > "$folder/probe" << 'END'
 <script>
 const faults = [];
@@ -35,7 +35,7 @@ addEventListener("load", () => {
   const canvases = [...document.querySelectorAll("#replays canvas")];
   const pixels = (canvas) => new Uint32Array(canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data.buffer);
   found.inked = canvases.filter((canvas) => new Set(pixels(canvas)).size > 3).length;
-  // How many look different after something was done to them.
+  // The number of canvases that look different after an action.
   const changed = (act) => canvases.filter((canvas) => {
     const before = pixels(canvas);
     act(canvas);
@@ -78,7 +78,7 @@ for width in 1100 390; do
         done
         light='"was":"rgb(251, 252, 254)"' dark='"was":"rgb(16, 21, 29)"'
         [[ $found == *"$([[ $theme == 1 ]] && echo "$light" || echo "$dark")"* ]]
-        # The button turns one into the other.
+        # The button switches between the two themes.
         [[ $found =~ \"was\":(.*),\"is\":(.*),\"inked\" && ${BASH_REMATCH[1]} != "${BASH_REMATCH[2]}" ]]
     done
 done

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# A study in three parts by GNU parallel, of which one dies and is made again; then put together.
+# Runs a study in three parts by GNU parallel, of which one fails and is run again, and puts the parts together.
 # usage: tests/shards.sh PROGRAM, which is the example error_vs_runtime
 set -euo pipefail
 program=$(realpath "$1")
@@ -12,14 +12,14 @@ folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 study=("$program" --quick --scene spring --methods KickDriftKick --precision f32 --out "$folder/out")
 
-# In a folder without parts there is nothing to put together: exit code 3.
+# In a folder without parts, --merge ends with exit code 3.
 code=0
 "${study[@]}" --merge 2> /dev/null || code=$?
 [[ $code == 3 ]]
 parallel --will-cite --jobs 2 --retries 2 --joblog "$folder/log" \
     "$part" {} "$folder" "${study[@]@Q}" --shard {}/3 ::: 1 2 3
 [[ -e $folder/died ]]
-# What is there is not made again.
+# A part that exists is not run again.
 before=$(ls -l --time-style=full-iso "$folder/out/runs")
 "${study[@]}" --shard 2/3
 [[ $before == "$(ls -l --time-style=full-iso "$folder/out/runs")" ]]

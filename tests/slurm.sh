@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# A study in three parts as a job array of Slurm, of which one dies and is made again; then put together.
-# A Slurm of one node is started for it, in a folder of its own (Debian: slurm-wlm), which root alone may.
+# Runs a study in three parts as a job array of Slurm, of which one fails and is run again, and puts the parts together.
+# Starts a Slurm of one node for it, in a folder of its own (Debian: slurm-wlm). Only root may do so.
 # usage: tests/slurm.sh PROGRAM, which is the example error_vs_runtime
 set -euo pipefail
 program=$(realpath "$1")
@@ -20,7 +20,7 @@ stop() {
     for each in slurmd slurmctld munged; do
         [[ -e $folder/$each.pid ]] && kill "$(< "$folder/$each.pid")"
     done
-    # They write until they are gone.
+    # The daemons write files until they have ended.
     sleep 1
     rm -rf "$folder"
 } 2> /dev/null
@@ -52,7 +52,7 @@ MailProg=/bin/true
 NodeName=$host NodeAddr=127.0.0.1 CPUs=2
 PartitionName=all Nodes=$host Default=YES
 END
-# Processes are not put into groups, which takes rights that containers do not give.
+# No cgroups: they take rights that containers do not give.
 printf 'CgroupAutomount=no\nIgnoreSystemd=yes\n' > "$folder/cgroup.conf"
 munged --force --key-file "$folder/key" --socket "$folder/munge" --pid-file "$folder/munged.pid" \
     --log-file "$folder/munged.log" --seed-file "$folder/seed"
@@ -69,7 +69,7 @@ array() {
     timeout 300 sbatch --quiet --wait --array=1-3 --output="$folder/part-%a.log" --wrap \
         "$part \$SLURM_ARRAY_TASK_ID $folder ${study[*]@Q} --shard \$SLURM_ARRAY_TASK_ID/3"
 }
-# It fails as its part did; the same line again makes what is missing.
+# The array fails because a part of it failed; the same command again runs the missing part.
 code=0
 array || code=$?
 [[ $code != 0 && -e $folder/died ]]

@@ -1,7 +1,6 @@
 //! A step allocates nothing once it has warmed up: no more than Rapier's own step in the same world.
 //!
-//! An allocator counts, on the thread of the test only. Contacts are Rapier's business and allocate,
-//! so no bodies touch here.
+//! The allocator counts on the thread of the test only. Rapier's contacts allocate, so no bodies touch here.
 
 #[cfg(feature = "f64")]
 extern crate rapier3d_fields_f64 as rapier3d_fields;
@@ -13,18 +12,18 @@ use std::collections::BTreeMap;
 
 use rapier3d_fields::prelude::*;
 
-/// Counts what it is asked for, and asks the system.
+/// The system's allocator, with a count of allocations.
 struct Counting;
 
 thread_local! {
     static COUNT: Cell<usize> = const { Cell::new(0) };
-    /// Whether to note who allocates.
+    /// Whether the callers of allocations are recorded.
     static TRACED: Cell<bool> = const { Cell::new(false) };
     static CALLERS: RefCell<BTreeMap<String, usize>> = const { RefCell::new(BTreeMap::new()) };
 }
 
 fn count() {
-    // A thread may allocate while it ends; that is of no interest.
+    // A thread may allocate while it ends, after its counter is gone.
     let _ = COUNT.try_with(|count| count.set(count.get() + 1));
     if TRACED.try_with(|traced| traced.replace(false)) == Ok(true) {
         let trace = Backtrace::force_capture().to_string();
@@ -43,7 +42,7 @@ fn caller(trace: &str) -> String {
     ours.collect::<Vec<_>>().join(" < ")
 }
 
-/// Who of this crate allocates in `work`, and how often.
+/// The functions of this crate that allocate in `work`, each with its number of allocations.
 fn callers(work: impl FnOnce()) -> Vec<(usize, String)> {
     TRACED.set(true);
     work();
@@ -56,7 +55,7 @@ fn callers(work: impl FnOnce()) -> Vec<(usize, String)> {
     callers
 }
 
-// SAFETY: every call goes to the system's allocator as it came.
+// SAFETY: every call is passed to the system's allocator unchanged.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         count();
@@ -90,12 +89,12 @@ fn allocations(work: impl FnOnce()) -> usize {
 
 const WARM_UP: usize = 100;
 const STEPS: usize = 100;
-/// In all steps: Rapier's own lists grow at other moments where bodies move otherwise.
+/// Additional allocations allowed in all steps: Rapier's own lists grow at other moments if bodies move differently.
 const SLACK: usize = 5;
 /// Balls along an edge of the lattice of [`balls`].
 const EDGE: i32 = 5;
 
-/// Small balls on a lattice, on their way in all directions; they stay far from each other.
+/// Small balls on a lattice that move in all directions and stay far from each other.
 fn balls() -> (PhysicsWorld, Vec<(RigidBodyHandle, ColliderHandle)>) {
     let mut world = PhysicsWorld::new();
     world.gravity = Vector::ZERO;
@@ -114,8 +113,7 @@ fn balls() -> (PhysicsWorld, Vec<(RigidBodyHandle, ColliderHandle)>) {
     (world, balls)
 }
 
-/// A step around which every body is written to: Rapier lists them, in a list that grows anew after
-/// each step.
+/// A step with every body written to before and after: Rapier's list of such bodies grows anew after each step.
 fn loop_by_hand(world: &mut PhysicsWorld) {
     let write = |world: &mut PhysicsWorld| {
         for (_, body) in world.bodies.iter_mut() {
@@ -128,7 +126,7 @@ fn loop_by_hand(world: &mut PhysicsWorld) {
     write(world);
 }
 
-/// Steps without the fields, then with them; what is wrong with the allocations after a warm-up.
+/// Steps without fields, then with them, after a warm-up. Returns a report if fields allocate more.
 fn compared(tree: &Tree, world: &dyn Fn() -> PhysicsWorld, scheme: Scheme) -> Option<String> {
     let mut bare = world();
     (0..WARM_UP).for_each(|_| loop_by_hand(&mut bare));
@@ -184,7 +182,7 @@ fn all_balls() -> PhysicsWorld {
 }
 
 #[test]
-fn the_count_counts() {
+fn allocations_are_counted() {
     assert_eq!(allocations(|| drop(std::hint::black_box(Box::new(1)))), 1);
     assert_eq!(allocations(|| drop(Vec::<u8>::new())), 0);
 }
@@ -228,8 +226,7 @@ fn instances_of_a_composite() {
     assert_free(&tree, &all_balls);
 }
 
-/// So many unlike fields on bodies that they are found by a hierarchy, which is built anew now and
-/// then.
+/// Unlike fields on bodies, enough to be found by a hierarchy, which is rebuilt from time to time.
 #[test]
 fn unlike_fields_that_move() {
     let (_, balls) = balls();
@@ -241,7 +238,7 @@ fn unlike_fields_that_move() {
     assert_free(&Tree::fold(Operator::SumUnion, springs), &all_balls);
 }
 
-/// Every ball acts on every other near it; the neighbours are listed anew now and then.
+/// Every ball acts on its neighbours, whose list is rebuilt from time to time.
 #[test]
 fn a_gas_of_pairs() {
     let (_, balls) = balls();
@@ -254,10 +251,9 @@ fn a_gas_of_pairs() {
     assert_free(&Tree::fold(Operator::SumUnion, fields), &all_balls);
 }
 
-/// What moves otherwise than by a step has the fields evaluated anew before each, and those bodies
-/// looked at ahead.
+/// If a carrier moves otherwise than by forces, fields are evaluated anew before each step, and bodies examined ahead.
 #[test]
-fn a_field_on_a_body_that_the_user_leads() {
+fn a_field_on_a_kinematic_body() {
     let world = || {
         let mut world = all_balls();
         let led = RigidBodyBuilder::kinematic_velocity_based().linvel(Vector::X * 0.1);
@@ -268,7 +264,7 @@ fn a_field_on_a_body_that_the_user_leads() {
     assert_free(&spring.at(world().1).into(), &|| world().0);
 }
 
-/// Cuboids that turn.
+/// Rotating cuboids.
 fn boxes() -> PhysicsWorld {
     let (mut world, balls) = balls();
     for (_, collider) in balls {

@@ -1,4 +1,4 @@
-//! The process that the cases run in, and the one that watches it.
+//! The child process that runs the cases, and the parent process that watches it.
 
 use std::io::{BufRead, BufReader, Write};
 use std::process::{Child, Command, Stdio};
@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use crate::{FOUND, LONGEST, attempt, judge};
 
-/// Which cases are to be run.
+/// The cases to be run.
 #[derive(Clone, Copy)]
 pub struct Cases {
     pub first: u64,
@@ -15,24 +15,25 @@ pub struct Cases {
     pub until: Instant,
 }
 
-/// What came of them.
+/// The results of cases.
 #[derive(Default)]
 pub struct Found {
     pub count: u64,
     pub wrong: Vec<u64>,
 }
 
-/// A case that takes longer hangs.
+/// A child that reports nothing for this long hangs.
 const HANGS: Duration = Duration::from_secs(600);
 
-/// What a child is to do: one of the tasks below; or fresh cases only, or one case by Rapier alone.
+/// The environment variable with the task of a child: one of those below, or only fresh cases, or one case by Rapier
+/// alone.
 const TASK: &str = "FUZZ_TASK";
-/// The known seeds, then fresh ones.
+/// Task: run the known seeds, then fresh ones.
 pub const FOUND_FIRST: &str = "found";
-/// To end its process in the first case.
+/// Task: end the process in the first case.
 pub const ABORT: &str = "abort";
 
-/// What a child says begins with this.
+/// The prefix of all lines that a child reports.
 const SAYS: &str = "fuzz: ";
 
 pub fn is_one() -> bool {
@@ -42,12 +43,12 @@ pub fn is_one() -> bool {
 fn say(word: &str, seed: u64, rest: &str) {
     let rest = rest.replace('\n', " ");
     let mut out = std::io::stdout().lock();
-    // Who does not listen any more has no use for it.
+    // An error means that the parent has closed the pipe and needs no report.
     let _ = writeln!(out, "{SAYS}{word} {seed} {rest}");
     let _ = out.flush();
 }
 
-/// The child: says each case before it runs it, and what is wrong with it.
+/// Runs the cases in a child: reports each seed before its case runs, and the fault of the case, if any.
 pub fn run(cases: Cases) {
     let task = std::env::var(TASK).unwrap_or_default();
     if task == "alone" {
@@ -74,7 +75,7 @@ pub fn run(cases: Cases) {
     say("end", 0, "");
 }
 
-/// Runs the cases in children, the first of them with this task: another one after each that died.
+/// Runs the cases in children, the first one with this task. After a child dies, another one runs the remaining cases.
 pub fn watch(mut cases: Cases, mut task: &str) -> Found {
     let mut found = Found::default();
     let last = cases.first.saturating_add(cases.most);
@@ -113,7 +114,7 @@ fn start(cases: Cases, task: &str) -> Child {
         .expect("a child")
 }
 
-/// Listens to a child; the case in which it died or hung, and how, if it did.
+/// Reads the reports of a child. If it died or hung, returns the seed of that case, and how it ended.
 fn follow(mut child: Child, found: &mut Found) -> Option<(u64, String)> {
     let (sender, lines) = channel();
     let out = child.stdout.take().expect("piped");
@@ -165,7 +166,7 @@ fn pass_on(out: impl BufRead, sender: &Sender<String>) {
     }
 }
 
-/// Whether Rapier alone ends its process, or hangs, in the same world.
+/// Whether Rapier alone ends the process, or hangs, in the same world.
 fn ends_alone(seed: u64) -> bool {
     let cases = Cases {
         first: seed,

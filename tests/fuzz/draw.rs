@@ -1,4 +1,4 @@
-//! Random numbers, now and then hostile.
+//! Random numbers, some of them extreme.
 
 use rapier3d_fields::math::{Pose, Real, Rotation, from_dvec3, from_f64};
 use rapier3d_fields::prelude::Vector;
@@ -9,7 +9,7 @@ use rapier3d_fields_lab::single as lab;
 
 use lab::random::Random;
 
-/// A stream of numbers.
+/// A stream of random numbers.
 pub struct Draw(Random);
 
 impl Draw {
@@ -18,12 +18,12 @@ impl Draw {
         Draw(Random::new(seed.wrapping_mul(8).wrapping_add(stream)))
     }
 
-    /// Less than `count`.
+    /// A number below `count`.
     pub fn below(&mut self, count: usize) -> usize {
         (self.0.bits() % count as u64) as usize
     }
 
-    /// One time in so many.
+    /// True once in `count` times on average.
     pub fn once_in(&mut self, count: usize) -> bool {
         self.below(count) == 0
     }
@@ -44,7 +44,7 @@ impl Draw {
         }
     }
 
-    /// Any number, mostly a modest one.
+    /// Any number, mostly of the order of one.
     pub fn number(&mut self) -> Real {
         const EXTREME: [Real; 8] = [0.0, 1.0, -1.0, 1e-20, 1e6, -1e9, 1e18, Real::MAX];
         match self.below(30) {

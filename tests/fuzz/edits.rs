@@ -1,4 +1,4 @@
-//! What users do between steps.
+//! Edits as users make them between steps.
 
 use rapier3d_fields::math::Real;
 use rapier3d_fields::prelude::*;
@@ -8,7 +8,7 @@ use crate::{trees, worlds};
 
 pub struct Edits {
     pub steps: usize,
-    /// Of the world, the same with and without fields.
+    /// Draws the edits of the world, which are the same with and without fields.
     of_world: Draw,
     of_fields: Draw,
 }
@@ -24,7 +24,7 @@ impl Edits {
     }
 
     pub fn apply(&mut self, step: usize, world: &mut PhysicsWorld, fields: Option<&mut Fields>) {
-        // The first step is that of what was built.
+        // The first step is made with the world as it was built.
         if step == 0 {
             return;
         }
@@ -45,7 +45,7 @@ fn edit_world(draw: &mut Draw, world: &mut PhysicsWorld) {
         return;
     }
     let chosen = draw.of(&bodies);
-    // Rapier panics at some edits of links.
+    // Rapier panics at some edits of the links of multibodies.
     if world.multibody_joints.rigid_body_link(chosen).is_some() {
         return;
     }
@@ -115,7 +115,7 @@ fn edit_fields(draw: &mut Draw, world: &PhysicsWorld, fields: &mut Fields) {
         }
         4 => drop(fields.set.insert(trees::tree(draw, world, 1))),
         5 => {
-            // One that is refused leaves the others.
+            // A tree that is refused leaves the set as it is.
             let _ = fields.set_tree(trees::tree(draw, world, 2));
         }
         6 => fields.settings.scheme = trees::scheme(draw),
@@ -127,7 +127,7 @@ fn edit_fields(draw: &mut Draw, world: &PhysicsWorld, fields: &mut Fields) {
                 fields.settings.clone(),
                 fields.state.clone(),
             );
-            // What was set amiss since the last step is refused here as it is there.
+            // Invalid edits since the last step are refused here, as they are by a step.
             if let Ok(again) = Fields::from_parts(parts.0, parts.1, parts.2) {
                 *fields = again;
             }

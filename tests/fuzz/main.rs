@@ -1,13 +1,13 @@
 //! Random worlds under random fields, edited between random steps.
 //!
-//! `FUZZ_SECONDS=600 FUZZ_SEED=1 cargo test --release --test fuzz -- --nocapture`: cases from that seed on, for that long (by
-//! default ten seconds). Case by case: no panic but Rapier's own, no body that is not finite but by Rapier's own
-//! doing or the user's, an error leaves the world as it was, every fourth case gives the same bits twice, and no step takes
-//! a minute. What was found stays, as seeds in [`FOUND`].
+//! `FUZZ_SECONDS=600 FUZZ_SEED=1 cargo test --release --test fuzz -- --nocapture`: cases from that seed on, for that
+//! long (by default ten seconds). In each case, fields cause no panic and no body that is not finite, a step that fails
+//! leaves the world as it was, and no step takes a minute; every fourth case gives the same bits twice. The seeds of
+//! faults that were found stay in [`FOUND`].
 //!
-//! Cases run in a [child](child), so that one that ends its process, or hangs, is known by its seed; what Rapier
-//! alone does to the same world is not ours, a crash included (seed 7000174: contacts that outlive a shape, which fields
-//! tell of).
+//! Cases run in a [child process](child), so that the seed of a case that ends its process, or hangs, is known. A
+//! fault, even a crash, that Rapier alone has in the same world does not count (seed 7000174: contacts that outlive a
+//! shape, of which fields warn).
 
 #[cfg(feature = "f64")]
 extern crate rapier3d_fields_f64 as rapier3d_fields;
@@ -31,14 +31,14 @@ use bits::bits;
 use draw::Draw;
 use edits::Edits;
 
-/// Seeds of cases that were wrong once, and are again without what mended them: three panics, and a search without
-/// an end. Whoever changes what is drawn has to find them anew.
+/// Seeds of cases that failed once: three panics, and a search without an end. They fail again if their corrections are
+/// undone. After a change of what is drawn, new seeds of these faults have to be found.
 const FOUND: [u64; 4] = [76, 353, 41500, 7_000_865];
 
-/// No step of these small worlds takes longer: the longest seen takes seconds.
+/// A longer step is a fault: in these small worlds the longest one seen takes seconds.
 const LONGEST: Duration = Duration::from_secs(60);
 
-/// What came of a case: the bits after each step, or what is wrong.
+/// The outcome of a case: the bits after each step, or the fault.
 type Outcome = Result<Vec<Vec<Vec<u64>>>, String>;
 
 fn is_finite(body: &RigidBody) -> bool {
@@ -46,11 +46,11 @@ fn is_finite(body: &RigidBody) -> bool {
     body.position().is_finite() && vectors.iter().all(|it| it.is_finite())
 }
 
-/// Of bodies faster than this Rapier by itself may make what is not finite.
+/// Rapier alone may turn bodies faster than this into ones that are not finite.
 const ABSURD: Real = 1e9;
 
-/// Whether a body is not finite, or absurd. Those that Rapier has in quarantine are not ours: it goes on to
-/// place the links of a multibody, though they are disabled.
+/// Whether an enabled body is not finite, or absurdly fast. Bodies that Rapier has put in quarantine do not count: it
+/// goes on placing the links of a multibody although they are disabled.
 fn is_wild(world: &PhysicsWorld) -> bool {
     let speed = |body: &RigidBody| body.linvel().length().max(body.angvel().length());
     let wild = |body: &RigidBody| !is_finite(body) || speed(body) > ABSURD;
@@ -60,7 +60,7 @@ fn is_wild(world: &PhysicsWorld) -> bool {
         .any(|(_, body)| body.is_enabled() && wild(body))
 }
 
-/// The fields of a case. Some that are drawn are refused, as they should be.
+/// The fields of a case: the first valid ones of ten draws. Others are refused, as they should be.
 fn fields_of(seed: u64, world: &PhysicsWorld) -> Option<Fields> {
     let mut draw = Draw::new(seed, 1);
     (0..10).find_map(|_| {
@@ -101,7 +101,7 @@ fn run(seed: u64, with_fields: bool) -> Outcome {
                     "step {step}: the world is not as it was after: {error}"
                 ));
             }
-            // The world goes on without them.
+            // The world makes this step without fields.
             world.step();
         } else if !was_wild
             && world
@@ -117,16 +117,16 @@ fn run(seed: u64, with_fields: bool) -> Outcome {
     Ok(trace)
 }
 
-/// What the last panic said, and where.
+/// The message of the last panic, with its place.
 static PANIC: Mutex<String> = Mutex::new(String::new());
 
-/// A case, a panic of which is what is wrong.
+/// Runs a case; a panic becomes its fault.
 fn attempt(seed: u64, with_fields: bool) -> Outcome {
     let run = AssertUnwindSafe(|| run(seed, with_fields));
     catch_unwind(run).unwrap_or_else(|_| Err(PANIC.lock().map(|it| it.clone()).unwrap_or_default()))
 }
 
-/// What is wrong with a case, if anything is.
+/// The fault of a case, unless there is none or Rapier alone has it.
 fn judge(seed: u64) -> Option<String> {
     let first = attempt(seed, true);
     match &first {
@@ -135,8 +135,8 @@ fn judge(seed: u64) -> Option<String> {
         }
         Ok(_) => None,
         Err(fault) => {
-            // Rapier does the same to this world by itself, or has the same panic if it is given the states that it has
-            // with fields.
+            // The fault is Rapier's own if Rapier alone fails in this world, or panics alike once bodies are given the
+            // states that they have with fields.
             let alone = attempt(seed, false);
             let is_its_own = match &alone {
                 Err(_) => true,
@@ -152,7 +152,7 @@ fn judge(seed: u64) -> Option<String> {
     }
 }
 
-/// Whether the bits are those of a finite number, or of a switch.
+/// Whether the bits are those of a finite number, or of a flag.
 fn is_number(bits: &u64) -> bool {
     f64::from_bits(*bits).is_finite()
 }
@@ -188,7 +188,7 @@ fn worlds_survive_their_fields() {
     assert!(found.wrong.is_empty(), "seeds {:?}", found.wrong);
 }
 
-/// A case that ends its process is known by its seed, and the cases after it are run all the same.
+/// The seed of a case that ends its process is reported, and the cases after it still run.
 #[test]
 fn a_case_that_ends_its_process_is_named() {
     let cases = child::Cases {

@@ -1,8 +1,8 @@
-//! Whether Rapier panics by itself, if it is given the states of bodies that it has with fields.
+//! A replay without fields, in which bodies are given the states that they have with fields. Does Rapier panic, too?
 //!
-//! The smallest world so found, without fields: two bodies, a step of length zero, the first disabled, a step that is not
-//! of length zero, in which Rapier 0.36.1 panics ("index out of bounds" in `island_manager/persistent.rs`). Quarantine
-//! disables bodies, too.
+//! The smallest world found in this way, without fields: two bodies, a step of length zero, the first body disabled,
+//! and a step of another length, in which Rapier 0.36.1 panics ("index out of bounds" in
+//! `island_manager/persistent.rs`). Quarantine disables bodies, too.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -27,7 +27,7 @@ fn see(world: &PhysicsWorld) -> Vec<Seen> {
     world.bodies.iter().map(seen).collect()
 }
 
-/// Gives bodies the states that they had, by the calls that a user has.
+/// Gives bodies the states that were recorded, by Rapier's public functions.
 fn show(world: &mut PhysicsWorld, seen: &[Seen]) {
     for Seen { handle, body: was } in seen {
         let Some(body) = world.bodies.get_mut(*handle) else {

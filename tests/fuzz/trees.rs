@@ -7,7 +7,7 @@ use rapier3d_fields::prelude::*;
 
 use crate::draw::Draw;
 
-/// What can carry a field, some of it gone.
+/// The bodies and colliders to which fields can be anchored. Later edits may remove some.
 struct Carriers {
     bodies: Vec<RigidBodyHandle>,
     colliders: Vec<ColliderHandle>,
@@ -146,7 +146,7 @@ fn leaf(draw: &mut Draw, carriers: &Carriers) -> Field {
     anchored(draw, field, carriers)
 }
 
-/// A tree of some depth.
+/// A random tree of at most this depth.
 pub fn tree(draw: &mut Draw, world: &PhysicsWorld, depth: usize) -> Tree {
     let carriers = Carriers {
         bodies: world.bodies.iter().map(|it| it.0).collect(),

@@ -101,7 +101,7 @@ pub fn insert(draw: &mut Draw, world: &mut PhysicsWorld) -> RigidBodyHandle {
     body
 }
 
-/// Joins two bodies; as links, where Rapier can have them.
+/// Joins two bodies by an impulse joint, or, with `links`, as links of a multibody if both are dynamic.
 fn join(draw: &mut Draw, world: &mut PhysicsWorld, all: &[RigidBodyHandle], links: bool) {
     let (a, b) = (draw.of(all), draw.of(all));
     if a == b {
@@ -123,7 +123,7 @@ fn join(draw: &mut Draw, world: &mut PhysicsWorld, all: &[RigidBodyHandle], link
             .into(),
         _ => FixedJointBuilder::new().into(),
     };
-    // Rapier panics at links that are not dynamic, and at some that have joints of both kinds.
+    // Rapier panics at links that are not dynamic, and at some bodies with joints of both kinds.
     let is_dynamic = |body: RigidBodyHandle| world.bodies[body].is_dynamic();
     if !links {
         world.impulse_joints.insert(a, b, joint, true);

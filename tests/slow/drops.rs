@@ -1,8 +1,8 @@
 //! Bodies of all shapes dropped on all grounds: with contact fields no more are lost than with Rapier alone.
 //!
-//! `DROPS` of each shape are made on each ground (1,000 by default), in worlds of a hundred that pass
-//! through each other. Of ten thousand with a chance p of being lost, √(n·p) more or less are chance: so
-//! much is allowed for, three times over on each ground, and once in the sum over all grounds.
+//! `DROPS` bodies of each shape (1,000 by default) are dropped on each ground, in worlds of a hundred that pass through
+//! each other. If each of n bodies is lost with a probability p, the number lost scatters by √(n·p): three times that
+//! is allowed on each ground, and once that in the sum over all grounds.
 
 use rapier3d_fields::Detection;
 
@@ -39,7 +39,7 @@ fn lost(drops: Drops, answer: Answer) -> usize {
 #[ignore = "minutes to hours"]
 fn no_more_fall_through_grounds_than_with_rapier_alone() {
     let mut failures = Vec::new();
-    // Of each shape on all grounds: Rapier's, and those of the six ways to have fields.
+    // Bodies lost of each shape on all grounds: with Rapier alone, and with each of the six arrangements of fields.
     let mut totals = SHAPES.map(|shape| (shape, 0, [0; 6]));
     for carried in [Carried::Fixed, Carried::Led] {
         for ground in GROUNDS {

@@ -1,9 +1,9 @@
-//! Liquid ammonia for 20 ps at 2 fs, from a lattice that falls together: what every scheme makes of its
-//! temperature, with hydrogens that stand out of their nitrogens and contacts answered by fields.
+//! Liquid ammonia for 20 ps at 2 fs, from a lattice that collapses: every scheme keeps its temperature, with
+//! hydrogens that stand out of their nitrogens and contacts answered by fields.
 //!
-//! Forces end smoothly. With a plain cut at 10 Å this liquid heats whoever integrates it, since forces
-//! jump at the cut: LAMMPS (`fix rigid/nve/small` between soft walls, no contacts) goes from 567 K
-//! after 2 ps to 675 K after 20 ps, at 1 fs from 574 to 590 K, and with 1,000 molecules from 683 to 822 K.
+//! Forces end smoothly. With a plain cut at 10 Å this liquid heats under any integrator, since forces jump at the
+//! cut: LAMMPS (`fix rigid/nve/small` between soft walls, no contacts) goes from 567 K after 2 ps to 675 K after
+//! 20 ps, at 1 fs from 574 to 590 K, and with 1,000 molecules from 683 to 822 K.
 
 use rapier3d_fields::math::{DPose3, DQuat, DVec3, Pose, Rotation, from_dvec3, from_f64, to_f64};
 use rapier3d_fields::prelude::*;
@@ -13,24 +13,24 @@ use crate::support::assert_at_most;
 
 const DT: f64 = 0.002;
 const STEPS: usize = 10_000;
-/// Steps over which temperatures are averaged, after the lattice has fallen together and in the end.
+/// Steps over which temperatures are averaged: after the lattice has collapsed, and at the end.
 const SPANS: [std::ops::Range<usize>; 2] = [500..1_500, 9_000..STEPS];
-/// From 545 to 625 K is so far about the middle.
+/// The relative change of temperature that is allowed: 545 and 625 K differ from their mean by as much.
 const BAND: f64 = 0.07;
-/// What LAMMPS has in the second span, with a plain cut, K.
+/// The temperature in LAMMPS in the second span, with a plain cut, in K.
 const LAMMPS: f64 = 683.0;
 const LATTICE: f64 = 3.465;
 const CUTOFF: f64 = 10.0;
-/// Of nitrogen and of hydrogen.
+/// Of nitrogen and of hydrogen, in amu.
 const MASSES: [f64; 2] = [14.0067, 1.008];
 const CHARGES: [f64; 2] = [-1.02, 0.34];
-/// kcal/mol in amu Å²/ps², and Å.
+/// Depth, converted from kcal/mol to amu Å²/ps², and size in Å, of the Lennard-Jones potential.
 const WELLS: [[f64; 2]; 2] = [[0.17 * 418.4, 3.42], [0.02 * 418.4, 2.0]];
 const HARD: [f64; 2] = [1.3, 0.8];
-/// Too small to collide.
+/// Radii too small to collide.
 const TINY: [f64; 2] = [0.3, 0.2];
 
-/// Nitrogen and three hydrogens about their centre of mass, and the moments of inertia.
+/// The places of nitrogen and three hydrogens relative to their centre of mass, and the moments of inertia.
 fn molecule() -> ([DVec3; 4], DVec3) {
     let (bond, angle) = (1.0124, 106.67_f64.to_radians());
     // The hydrogens form a triangle of side 2 b sin(angle / 2).
@@ -57,7 +57,7 @@ struct Model {
     smooth: bool,
 }
 
-/// The corner of the liquid with so many molecules along each edge, in a box.
+/// The corner of the liquid with `along` molecules along each edge, in a box.
 fn liquid(
     along: usize,
     model: &Model,
@@ -151,7 +151,7 @@ fn liquid(
 
 type Liquid = (PhysicsWorld, Fields, Vec<RigidBodyHandle>);
 
-/// Temperatures in both spans, and in how many steps there was a warning.
+/// Mean temperatures in both spans, and the number of steps with a warning.
 fn temperatures((mut world, mut fields, bodies): Liquid) -> ([f64; 2], usize) {
     let (mut means, mut warned) = ([0.0; 2], 0);
     for step in 0..STEPS {
@@ -168,7 +168,7 @@ fn temperatures((mut world, mut fields, bodies): Liquid) -> ([f64; 2], usize) {
     (means, warned)
 }
 
-/// Of all schemes under which fields may answer contacts.
+/// Covers all schemes under which fields may answer contacts.
 #[test]
 #[ignore = "twenty picoseconds of a liquid under every scheme"]
 fn every_scheme_keeps_the_temperature_of_a_liquid() {

@@ -7,7 +7,7 @@ use rapier3d_fields::prelude::*;
 use crate::support::{Row, Table, ammonia, assert_at_most, either, weightless};
 
 const STEPS: usize = 10_000_000;
-/// Energies are averaged over so many stretches.
+/// The number of stretches; energies are averaged over each.
 const STRETCHES: usize = 100;
 
 /// Kinetic and potential energy of all molecules.
@@ -18,8 +18,8 @@ fn energy(fields: &mut Fields, world: &PhysicsWorld, molecules: &[Molecule]) -> 
     kinetic + potential.total
 }
 
-/// The bound pair of molecules, at a step of 1 fs for 10 ns. A symplectic scheme keeps an energy
-/// that differs from the true one by a term that swings: the mean over a stretch stays.
+/// The bound pair of molecules, at a step of 1 fs for 10 ns. A symplectic scheme conserves an energy that differs from
+/// the true one by an oscillating term: the mean over a stretch stays.
 #[test]
 #[ignore = "ten million steps"]
 fn a_bound_dimer_does_not_drift_in_ten_million_steps() {
@@ -63,7 +63,7 @@ fn a_bound_dimer_does_not_drift_in_ten_million_steps() {
         worst / depth,
         last / depth
     );
-    // Means over 0.1 ns differ by 4.5e-6 in f64, up and down; in f32 roundings add up.
+    // Means over 0.1 ns differ by 4.5e-6 in f64, in both directions; in f32 roundings add up.
     assert_at_most(
         worst / depth,
         either(4e-3, 2e-5),

@@ -1,4 +1,4 @@
-//! Runs too long for every day, or that need data from elsewhere: all are ignored by default.
+//! Tests that run too long for daily use, or need external data: all are ignored by default.
 //!
 //! `cargo test --release --test slow -- --ignored --nocapture` runs them.
 

@@ -42,10 +42,9 @@ impl Atoms {
         atoms
     }
 
-    /// What rounding may do to the energy and to the force on each atom: for each pair in reach,
-    /// the magnitude of its terms times what an error of its distance counts in them. Places, and
-    /// images within twice the edge, are rounded; a term has some fourteen roundings of its own.
-    /// Twice, because the reference is rounded as well.
+    /// Bounds of the rounding errors of the energy and of the force on each atom: for each pair in reach, the
+    /// magnitude of its terms times their relative error. A term has some fourteen roundings of its own; those of
+    /// places, and of images within twice the edge, enter by the distance. Twice, as the reference is rounded as well.
     fn bounds(&self, images: &[DVec3], cutoff: f64) -> (f64, Vec<f64>) {
         let (mut energy, mut forces) = (0.0, vec![0.0; self.places.len()]);
         for (i, here) in self.places.iter().enumerate() {
@@ -122,7 +121,7 @@ fn configuration_4_without_a_box() {
     atoms.check(field, &[DVec3::ZERO], f64::INFINITY, &atoms.open, OPEN);
 }
 
-/// The box is more than twice the cutoff wide, so an atom meets one image of another at most.
+/// The box is wider than twice the cutoff, so at most one image of an atom is in reach of another atom.
 #[test]
 #[ignore = "needs NIST's coordinates, in the folder NIST_LJ_DIR"]
 fn configuration_4_in_its_box() {

@@ -1,7 +1,7 @@
 //! A small mixed world for ten million steps, with bodies that come and go.
 //!
-//! `SOAK_STEPS=10000000 cargo test --release --test slow soak -- --ignored --nocapture` prints a table to plot: how long a
-//! step takes, how much memory is in use, how many bodies there are, the energy.
+//! `SOAK_STEPS=10000000 cargo test --release --test slow soak -- --ignored --nocapture` prints a table to plot: the
+//! time of a step, the memory in use, the number of bodies, the energy.
 
 use std::collections::VecDeque;
 use std::time::Instant;
@@ -11,9 +11,9 @@ use rapier3d_fields::prelude::*;
 use crate::lab::random::Random;
 use crate::support::bits::bits;
 
-/// The table has so many rows.
+/// Rows of the table.
 const ROWS: usize = 100;
-/// A body comes after so many steps, and goes when it is one too many.
+/// Steps from one added body to the next. Beyond `MOST` bodies, the oldest is removed.
 const EVERY: usize = 100;
 const MOST: usize = 24;
 
@@ -75,7 +75,7 @@ impl Soak {
         }
     }
 
-    /// The same as bytes and back, with a fresh pipeline.
+    /// A copy by way of bytes, with a fresh pipeline.
     fn restored(&self) -> Self {
         let world = postcard::to_allocvec(&self.world).expect("what can be written");
         let state = (&self.fields.set, &self.fields.settings, &self.fields.state);
@@ -114,7 +114,7 @@ impl Soak {
     }
 }
 
-/// Kilobytes of memory in use, where the system tells.
+/// Kilobytes of memory in use, on systems that report it in `/proc`.
 fn memory() -> Option<f64> {
     let text = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = text.lines().find(|line| line.starts_with("VmRSS:"))?;
@@ -123,7 +123,7 @@ fn memory() -> Option<f64> {
 
 #[test]
 #[ignore = "ten million steps"]
-fn ten_million_steps_with_guests() {
+fn a_mixed_world_runs_for_ten_million_steps() {
     let steps = std::env::var("SOAK_STEPS").map_or(10_000_000, |it| it.parse().expect("a number"));
     let stretch = steps / ROWS;
     let mut soak = Soak::new();
@@ -154,7 +154,7 @@ fn ten_million_steps_with_guests() {
             }
         }
     }
-    // Counters of Rapier's own may grow; what grows by the step would be a hundred times this.
+    // Rapier's own counters may grow; memory that grew with each step would reach a hundred times this.
     let (early, late) = (rows[ROWS / 5], rows[ROWS - 1]);
     assert!(late <= 1.2 * early, "{early} kB became {late} kB");
 }

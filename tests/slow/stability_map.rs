@@ -1,10 +1,10 @@
-//! A map of every scheme against every kind of scene, at any ratio of step to swing, damped or not: nothing
-//! explodes without a warning. `KIND=Penalty` runs those kinds whose names begin so.
+//! A map of every scheme against every kind of scene, over many ratios of the time step to the period of oscillation,
+//! damped or not: no run explodes without a warning. `KIND=Penalty` runs only the kinds whose names begin with it.
 
 use crate::lab::stability::{Damping, Kind, SCHEMES, map};
 use rapier3d_fields_lab::study::StabilityCell;
 
-/// A cell: its class, and the most energy.
+/// A cell as text: its class, and the largest energy.
 fn told(cell: &StabilityCell) -> String {
     match cell.most {
         most if most < 100.0 => format!("{}{most:.2}", cell.class),
