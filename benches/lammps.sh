@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# LAMMPS on the boxes of ammonia of `benches/rivals`: its time a step beside that of fields, and how far the
-# forces of both are apart when it starts. Needs `lmp` (Debian: lammps); LMP names another. On one core.
+# Runs LAMMPS on the boxes of ammonia of `benches/rivals`, on one core: its time a step beside that of fields, and the
+# difference between the initial forces of both. Needs `lmp` (Debian: lammps); LMP names another executable.
 #
 #     benches/lammps.sh [STEPS]
 set -euo pipefail
@@ -13,7 +13,7 @@ folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 export OMP_NUM_THREADS=1
 
-# What fields take, and the same states in files.
+# The times of fields, and the same states in files.
 cargo bench --quiet --bench rivals -- "--states=$folder" molecules > "$folder/fields.txt"
 
 # The same physics: rigid molecules, both laws with the force shifted to reach zero at the cutoff.
@@ -41,7 +41,7 @@ echo "| scene | LAMMPS, µs a step | fields, kick-drift-kick, whole step | ratio
 echo "|---|---|---|---|---|"
 for data in "$folder"/*.data; do
     name=$(basename "$data" .data)
-    # The middle one of three runs; 71.128 amu Å²/ps² in eV.
+    # The median of three runs; epsilon is 71.128 amu Å²/ps² in eV.
     theirs=$(for _ in 1 2 3; do
         "$lmp" -in "$folder/in.ammonia" -var data "$data" -var steps "$steps" \
             -var epsilon 0.00737189772 -log "$folder/log" -screen none
@@ -62,7 +62,7 @@ for data in "$folder"/*.data; do
                 off += (fx[m] * unit - x[m]) ^ 2 + (fy[m] * unit - y[m]) ^ 2 + (fz[m] * unit - z[m]) ^ 2
                 all += x[m] ^ 2 + y[m] ^ 2 + z[m] ^ 2
             }
-            # In the gas nobody is in reach when it starts.
+            # In the gas no molecules are in reach of each other at the start.
             if (all > 0) { printf "%.1e", sqrt(off / all) } else { printf "none" }
         }' "${data%.data}.forces" "$data.lammps")
     ratio=$(awk -v ours="$ours" -v theirs="$theirs" 'BEGIN { printf "%.2f", ours / theirs }')

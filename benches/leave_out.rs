@@ -1,8 +1,7 @@
-//! What a scene does not use must cost nothing: each scene beside the same without the part.
+//! The cost of parts that a scene does not use, which must be none: each scene beside the same one without the part.
 //!
-//! `cargo bench --bench leave_out [-- NAME]`. In each round every variant makes a stretch of steps,
-//! in an order that rotates; a ratio is of two stretches of one round. Printed are medians, and
-//! quartiles of the ratios. The first variant is the rival of the others.
+//! `cargo bench --bench leave_out [-- NAME]`. In each round every variant makes a stretch of steps, in rotating order;
+//! a ratio is of two stretches of one round. Prints medians, and quartiles of the ratios to the first variant.
 
 mod paired;
 
@@ -13,7 +12,7 @@ use rapier3d_fields::rapier::pipeline::PhysicsHooks;
 use rapier3d_fields_lab::single::scenes::spheres::SpheresSettings;
 use std::hint::black_box;
 
-/// Fields that reach nobody.
+/// Fields out of reach of all bodies.
 fn out_of_reach(count: usize) -> Vec<Variant> {
     let far = Field::point_gravity(1.0).within(Region::ball(10.0));
     let zones = (0..100).map(|i| {
@@ -34,7 +33,7 @@ fn out_of_reach(count: usize) -> Vec<Variant> {
     ]
 }
 
-/// Bodies that came to rest on a floor under gravity and, if there is one, a field.
+/// Bodies that have come to rest on a floor under gravity and, if one is given, a field.
 fn asleep(count: usize, boxes: bool, tree: Option<Tree>) -> (PhysicsWorld, Fields) {
     let mut world = PhysicsWorld::new();
     let side = (count as f64).sqrt().ceil() as usize;
@@ -53,7 +52,7 @@ fn asleep(count: usize, boxes: bool, tree: Option<Tree>) -> (PhysicsWorld, Field
         };
         world.insert(body, shape);
     }
-    // A field without strength is none.
+    // A field of strength zero acts on no body.
     let tree = tree.unwrap_or_else(|| Field::uniform(Vector::ZERO).into());
     let mut fields = Fields::new(tree).expect("a sound tree");
     for _ in 0..600 {
@@ -129,10 +128,10 @@ fn edits(leaves: usize) -> Vec<Variant> {
     ]
 }
 
-/// What the choice of `Auto` costs where nothing is stiff, and what stiff bodies cost.
+/// The cost of `Auto` without stiff bodies, and with some.
 fn choice(count: usize) -> Vec<Variant> {
     let soft = || Field::spring(1.0).force_mode(ForceMode::Acceleration);
-    // dt·ω is 0.017 and, in the stiff ball that holds a few of them, 10.
+    // dt·ω is 0.017, and 10 for the few bodies within the ball-shaped region of the stiff field.
     let stiff = Field::spring(3.6e5).within(Region::ball(12.0));
     let partly = soft().sum_union(stiff.force_mode(ForceMode::Acceleration));
     let auto = Scheme::Auto { tolerance: 1e-2 };
@@ -148,8 +147,7 @@ fn choice(count: usize) -> Vec<Variant> {
     each.into_iter().chain([some]).collect()
 }
 
-/// What the second order costs where forces depend on velocities: a derivative and a linear
-/// equation for each body.
+/// The cost of second order if forces depend on velocities: a derivative and a linear equation for each body.
 fn drag(count: usize) -> Vec<Variant> {
     let moving = || {
         let mut world = balls(count);
@@ -165,8 +163,8 @@ fn drag(count: usize) -> Vec<Variant> {
     ]
 }
 
-/// What Rapier's next step costs more after bodies were written to: its change tracking. Written
-/// are velocities as they are, so that nothing else differs.
+/// The cost of Rapier's change tracking: its next step takes longer if bodies were written to. Velocities are written
+/// as they are, so that nothing else differs.
 fn change_tracking(count: usize) -> Vec<Variant> {
     let touched = |name, every: usize| {
         let mut world = balls(count);
@@ -188,7 +186,7 @@ fn change_tracking(count: usize) -> Vec<Variant> {
     ]
 }
 
-/// A pyramid of boxes, or a heap of so many shapes of six kinds between walls, with all colliders.
+/// A pyramid of boxes, or a heap of `heap` bodies of six shapes between walls; and the handles of all colliders.
 fn piled(heap: Option<u16>, sleeps: bool) -> (PhysicsWorld, Vec<ColliderHandle>) {
     let mut world = PhysicsWorld::new();
     let slab = |x, y, z| ColliderBuilder::cuboid(x, y, z).friction(0.5);
@@ -244,8 +242,7 @@ struct Idle;
 
 impl PhysicsHooks for Idle {}
 
-/// A world without fields, with hooks that listen to all contacts and do nothing, and with fields
-/// that answer them, after some steps.
+/// A world without fields, with idle hooks on all contacts, and with fields that answer them, after `before` steps.
 fn answered(
     world: &dyn Fn() -> (PhysicsWorld, Vec<ColliderHandle>),
     law: ContactLaw,
@@ -283,10 +280,10 @@ fn answered(
     ]
 }
 
-/// What rests, or comes to rest within some seconds.
+/// Bodies that rest, or come to rest within some seconds.
 fn contacts(heap: Option<u16>, sleeps: bool) -> Vec<Variant> {
     let law = ContactLaw::restitution(0.0).with_friction(0.5);
-    // A heap of 200 is asleep after 13 s in the median, some a good deal later.
+    // A heap of 200 is asleep after 13 s in the median, some heaps much later.
     let settling = if sleeps { 1800 } else { 600 };
     answered(&|| piled(heap, sleeps), law, settling)
 }
@@ -309,7 +306,7 @@ fn gas(count: usize, half_extent: Real) -> Vec<Variant> {
 
 type MakeShape = fn() -> SharedShape;
 
-/// Shapes of which each body has its own.
+/// Makers of shapes: no two bodies share one.
 const SHAPES: [(&str, MakeShape); 5] = [
     ("balls", || SharedShape::ball(0.5)),
     ("cubes", || SharedShape::cuboid(0.5, 0.5, 0.5)),
@@ -329,7 +326,7 @@ fn insert_shape(world: &mut PhysicsWorld, number: usize, shape: SharedShape) -> 
         .0
 }
 
-/// The first step of fields in a world: each body is of a shape that was made for it.
+/// The first step of fields in a world whose bodies share no shapes.
 fn first_steps(count: usize) -> Vec<Variant> {
     let first = |(name, shape): (&'static str, MakeShape)| {
         let mut world = PhysicsWorld::new();
@@ -347,7 +344,7 @@ fn first_steps(count: usize) -> Vec<Variant> {
     SHAPES.map(first).into()
 }
 
-/// Bodies of all shapes in drag, of which five go and five come before each step.
+/// Bodies of all shapes in drag, of which five are replaced before each step.
 fn comings_and_goings(count: usize) -> Vec<Variant> {
     let rate: Real = 0.1;
     let coming = |name, mut step: Box<dyn FnMut(&mut PhysicsWorld)>| {

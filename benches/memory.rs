@@ -1,5 +1,4 @@
-//! What a molecule of ammonia takes in memory: Rapier's world, the tree, and all that fields keep beside
-//! it once they step.
+//! The memory for a molecule of ammonia: Rapier's world, the tree, and all that fields keep beside it once they step.
 //!
 //! `cargo bench --bench memory`
 
@@ -14,13 +13,13 @@ static ALLOCATOR: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;
 
 const CUTOFF: Real = 10.0;
 
-/// So many bytes are in use.
+/// Bytes in use.
 fn used() -> usize {
     let all = ALLOCATOR.stats();
     all.bytes_allocated - all.bytes_deallocated
 }
 
-/// What `work` leaves in use, by molecule, and what it makes.
+/// The bytes per molecule that are in use after `work`, and its result.
 fn kept<T>(count: usize, work: impl FnOnce() -> T) -> (usize, T) {
     let before = used();
     let made = work();

@@ -1,7 +1,7 @@
-//! What each way of sampling bodies costs, on the same scene.
+//! The cost of each way of sampling bodies, on the same scene.
 //!
-//! `cargo bench --bench sampling`. The ratios to "parts" within one run are what counts; each
-//! figure is that of whole steps, Rapier's part included, which "Rapier alone" measures.
+//! `cargo bench --bench sampling`. Compare the ratios to "parts" within one run; each figure is that of whole steps,
+//! Rapier's part included, which "Rapier alone" measures.
 
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
 use rapier3d_fields::prelude::*;

@@ -1,9 +1,8 @@
 //! One step of the example `ammonia`, molecules in a box, by the fields and by hand.
 //!
-//! `cargo bench --bench step`. Each figure is the median time of a step, over stretches of a
-//! trajectory that starts anew for each sample; the ratios are what counts, because all of them
-//! are measured in one run. The rivals do less: they neither detect contacts themselves nor keep
-//! the energy (see the README).
+//! `cargo bench --bench step`. Each figure is the median time of a step, over stretches of a trajectory that starts
+//! anew for each sample. Compare the ratios, since all figures are measured in one run. The rivals do less: they
+//! neither detect contacts themselves nor keep the energy (see the README).
 
 use criterion::measurement::WallTime;
 use criterion::{BatchSize, BenchmarkGroup, Criterion, criterion_group, criterion_main};

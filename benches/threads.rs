@@ -1,4 +1,4 @@
-//! What the fields take of a step on one thread and on two, and whether the worlds stay the same bit for bit.
+//! The time of the fields in a step on one thread and on two, and whether the worlds stay the same bit for bit.
 //!
 //! `cargo bench --features parallel --bench threads [-- NAME]`. Rapier's own step is not in the times. Rounds
 //! are paired: each stretch on one thread stands beside one on two.
@@ -16,7 +16,7 @@ struct Run {
 }
 
 impl Run {
-    /// The seconds that the fields take of a step.
+    /// Makes a step; the time of the fields in it, in seconds.
     fn step(&mut self) -> f64 {
         let (world, fields) = (&mut self.world, &mut self.fields);
         self.pool.install(|| {

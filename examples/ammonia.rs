@@ -46,7 +46,7 @@ const STEPS_PER_FRAME: usize = 50;
 
 /// Å; both interactions end there, their forces shifted to reach zero.
 const CUTOFF: Real = 10.0;
-/// An energy of 1 kJ/mol, amu Å²/ps².
+/// 1 kJ/mol in amu Å²/ps².
 const KILOJOULE: f64 = 100.0;
 
 fn main() -> ExitCode {
@@ -141,7 +141,7 @@ fn report(scene: &BoxOfAmmonia, record: &Record, end: &Totals) {
     println!("collisions answered     {}", record.collisions);
 }
 
-/// Contacts by what touched, with what they did to the rotation of the molecules.
+/// Prints contacts by kind, with their effect on the rotation of the molecules.
 fn print_kinds(kinds: &ContactKinds) {
     for kind in ContactKind::ALL {
         let tally = kinds.of(kind);
@@ -185,7 +185,7 @@ fn write_frame(
 
 fn draw(path: &Path, scene: &BoxOfAmmonia, record: &Record) -> Result<(), AnyError> {
     const COLORS: [Rgb; 2] = [[58.0, 98.0, 205.0], [238.0, 240.0, 244.0]];
-    // As they collide.
+    // Drawn with the radii at which they collide.
     let balls = atoms(scene).map(|(name, center)| {
         let (color, site) = if name == "N" { (0, 0) } else { (1, 1) };
         let radius = SITES[site].hard_radius;

@@ -1,31 +1,30 @@
-//! Error against run time: which method gives how much accuracy for its time, on many scenes, in both
-//! precisions, beside what one writes without this crate.
+//! Error against run time: the accuracy that each method gives for its time, on many scenes, in both precisions, beside
+//! loops written without this crate.
 //!
-//! `cargo run --release --example error_vs_runtime -- --quick` takes some minutes, prints what to use
-//! for what, and writes `out/error_vs_runtime/report.html`, a page with everything in it, beside its
-//! numbers as CSV and JSON. Errors are the same on every machine; times are of this one, on one thread.
+//! `cargo run --release --example error_vs_runtime -- --quick` takes some minutes, prints which method to use for which
+//! scene, and writes `out/error_vs_runtime/report.html`, a self-contained page, beside its numbers as CSV and JSON.
+//! Errors are the same on every machine; times are of this machine, on one thread.
 //!
-//! Each scene in each precision is a file in `out/error_vs_runtime/runs/`, there when it is complete: a
-//! study that was stopped goes on where it was. `--shard 2/8` makes one of eight parts, on as many
-//! machines as there are; `--merge` puts them together, and ends with exit code 3 if some are missing.
-//! On the cores of one machine, with GNU parallel, which makes a part that fails once more
-//! (`tests/shards.sh` does it with one that dies):
+//! The results of each scene in each precision are a file in `out/error_vs_runtime/runs/`, written when they are
+//! complete: a study that was stopped continues. `--shard 2/8` runs one of eight parts, on any machine; `--merge` puts
+//! the parts together, and ends with exit code 3 if some are missing. On the cores of one machine, with GNU parallel,
+//! which runs a part that failed once more (`tests/shards.sh` shows it):
 //!
 //! ```text
 //! parallel --retries 2 error_vs_runtime --shard {}/8 ::: $(seq 8) && error_vs_runtime --merge
 //! ```
 //!
-//! As a job array of Slurm, where the same line again makes what failed (`tests/slurm.sh` does it, with a Slurm
-//! of one node):
+//! As a job array of Slurm, where the same command again runs the parts that failed (`tests/slurm.sh` shows it, on one
+//! node):
 //!
 //! ```text
 //! sbatch --wait --array=1-8 --wrap 'error_vs_runtime --shard $SLURM_ARRAY_TASK_ID/8' && error_vs_runtime --merge
 //! ```
 //!
-//! What a sweep of a million runs takes is in `lab/sweep.md`.
+//! The cost of a sweep of a million runs is in `lab/sweep.md`.
 //!
-//! `--file scene.json` studies a scene of your own, against its own run in f64 at steps so short that shorter
-//! ones change little; how little is printed first.
+//! `--file scene.json` studies a scene of your own, against its own run in f64 at steps so short that halving them
+//! changes little; the change by the last halving is printed first.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -50,34 +49,34 @@ use support::AnyError;
 /// Error against run time, on many scenes.
 #[derive(Parser)]
 struct Options {
-    /// Fewer and longer time steps, and fewer rounds on the clock.
+    /// Fewer and longer time steps, and fewer timed rounds.
     #[arg(long)]
     quick: bool,
-    /// Only scenes whose names hold this.
+    /// Only scenes whose names contain this.
     #[arg(long, value_name = "NAME")]
     scene: Vec<String>,
-    /// A scene file of your own: in place of all others, against its own run in f64 at the smallest step.
+    /// A scene file of your own, studied instead of all others, against its own run in f64 at the smallest step.
     #[arg(long, value_name = "SCENE.json", conflicts_with = "scene")]
     file: Option<PathBuf>,
-    /// Its name and its text.
+    /// Name and text of that file.
     #[arg(skip)]
     own: Option<(String, String)>,
-    /// How long that scene is simulated, in its unit of time (600 of its steps).
+    /// Simulated time of that scene, in its unit of time (600 of its steps).
     #[arg(long, value_name = "T", requires = "file")]
     duration: Option<f64>,
-    /// Only methods whose names hold this.
+    /// Only methods whose names contain this.
     #[arg(long, value_name = "NAME")]
     methods: Vec<String>,
     /// Bits of the numbers.
     #[arg(long, value_enum, default_value = "both")]
     precision: Precision,
-    /// Where results are kept.
+    /// Folder of the results.
     #[arg(long, value_name = "DIR", default_value = "out/error_vs_runtime")]
     out: PathBuf,
-    /// Makes only the i-th of n parts, as 2/8, and no report.
+    /// Runs only the i-th of n parts, as 2/8, and makes no report.
     #[arg(long, value_name = "I/N")]
     shard: Option<Shard>,
-    /// Makes the report from parts that are there, and runs nothing.
+    /// Makes the report from existing parts, and runs nothing.
     #[arg(long, conflicts_with = "shard")]
     merge: bool,
     /// Prints all runs, too.
@@ -92,13 +91,13 @@ enum Precision {
     Both,
 }
 
-/// Parts are missing.
+/// The exit code if parts are missing.
 const INCOMPLETE: u8 = 3;
 
-/// Of the longest time steps of a scene, how many are made in haste.
+/// The number of time steps of a scene under `--quick`, the longest ones.
 const QUICK_STEPS: usize = 5;
 
-/// Kinds of scene for the stability map, in haste.
+/// Kinds of scene for the stability map under `--quick`.
 const QUICK_KINDS: [Kind; 6] = [
     Kind::Spring,
     Kind::Rotor,
@@ -108,7 +107,7 @@ const QUICK_KINDS: [Kind; 6] = [
     Kind::Gyration,
 ];
 
-/// Scenes of which is shown what they leave out; the first also in haste.
+/// Scenes in which the cost of features that they do not need is measured; under `--quick` only the first.
 const LEAVING_OUT: [&str; 6] = [
     "cluster of 8",
     "spring",
@@ -118,7 +117,7 @@ const LEAVING_OUT: [&str; 6] = [
     "flock",
 ];
 
-/// The cases of a precision, or the scene of one's own.
+/// The cases of a precision, or the user's scene file.
 macro_rules! cases {
     ($options:expr, $lab:ident) => {
         match &$options.own {
@@ -129,7 +128,7 @@ macro_rules! cases {
     };
 }
 
-/// A number by which a text is known again (FNV-1a).
+/// A hash of a text (FNV-1a).
 fn fingerprint(text: &str) -> u64 {
     let mix = |sum: u64, byte: u8| (sum ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
     text.bytes().fold(0xcbf2_9ce4_8422_2325, mix)
@@ -174,7 +173,7 @@ fn run(options: &mut Options) -> Result<ExitCode, AnyError> {
 }
 
 impl Options {
-    /// What results must have been made by to be used again.
+    /// The options with which results must have been made to be used again.
     fn plan(&self) -> String {
         let methods = self.chosen(&Method::ALL).map(Method::name);
         let haste = if self.quick { "quick" } else { "full" };
@@ -186,7 +185,7 @@ impl Options {
         format!("{haste}; {}{own}", methods.collect::<Vec<_>>().join(", "))
     }
 
-    /// The scene of one's own, if there is one.
+    /// Reads the user's scene file, if one is given.
     fn read_file(&mut self) -> Result<(), AnyError> {
         let Some(path) = &self.file else {
             return Ok(());
@@ -194,7 +193,7 @@ impl Options {
         let told = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
         let text = std::fs::read_to_string(path).map_err(|error| told(&error))?;
         let name = path.file_stem().unwrap_or_default().to_string_lossy();
-        // Tables are cut at commas.
+        // Commas separate the columns of tables.
         let name = name.replace(',', " ");
         let scene = single::cases::Filed::new(&name, &text, self.duration);
         let doubt = scene.map_err(|error| told(&error))?.doubt();
@@ -212,7 +211,7 @@ impl Options {
         methods.iter().copied().filter(wanted)
     }
 
-    /// What is to be done, and what it is about.
+    /// The jobs, and the scenes that they study.
     fn jobs(&self) -> Result<(Vec<Job>, Vec<Scene>), AnyError> {
         let wanted = |name: &String| {
             self.scene.is_empty() || self.scene.iter().any(|it| name.contains(it.as_str()))
@@ -221,7 +220,7 @@ impl Options {
         let (mut jobs, mut scenes) = (Vec::new(), Vec::new());
         for case in cases!(self, single)? {
             let about = case.about();
-            // By name also what takes too long for haste.
+            // A scene selected by name runs even if it takes too long for `--quick`.
             let named = !self.scene.is_empty() || self.own.is_some();
             let hasty = !self.quick || case.is_quick() || named;
             if !wanted(&about.name) || !hasty {
@@ -243,7 +242,7 @@ impl Options {
         Ok((jobs, scenes))
     }
 
-    /// Besides cases: the stability map, what scenes leave out, how many bodies keep pace.
+    /// Work besides cases: the stability map, the cost of unneeded features, the number of bodies in real time.
     fn other_work(&self) -> Vec<Work> {
         if self.own.is_some() {
             return Vec::new();
@@ -274,7 +273,7 @@ impl Options {
         kinds.filter(|kind| !self.quick || QUICK_KINDS.contains(kind))
     }
 
-    /// Does what is not done.
+    /// Does the jobs that have no results yet.
     fn make(&self, store: &Store, jobs: Vec<Job>) -> Result<(), AnyError> {
         let style = ProgressStyle::with_template("{bar:40.cyan/blue} {pos}/{len} {msg}");
         let progress = ProgressBar::new(jobs.len() as u64).with_style(style?);
@@ -371,7 +370,7 @@ impl Options {
         }
     }
 
-    /// What a case leaves out.
+    /// The cost of features that a case does not need.
     fn leave_out(&self, name: &str, precision: u32) -> Result<Vec<Ablation>, AnyError> {
         let rounds = if self.quick { 7 } else { 31 };
         macro_rules! leave_out {

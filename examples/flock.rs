@@ -32,19 +32,19 @@ usage: flock [--birds N] [--gust SPEED] [--steps N] [--seed N] [--picture FILE]
 
 const WIDTH: f64 = 1180.0;
 const MARGIN: f64 = 28.0;
-/// From the path to the edges of the view from above.
+/// The distance from the path to the edges of the view from above.
 const ASIDE: f64 = 7.5;
 const RED: &str = "#d2303f";
 
-/// What is kept of a run.
+/// The record of a run.
 #[derive(Default)]
 struct Record {
     times: Vec<f64>,
     gaps: Vec<f64>,
     spreads: Vec<f64>,
-    /// How many pairs began to touch in each step.
+    /// The number of pairs that began to touch in each step.
     collisions: Vec<usize>,
-    /// Who touched in the last step.
+    /// The pairs that touched in the last step.
     touching: Vec<[ColliderHandle; 2]>,
     lines: Vec<Vec<DVec3>>,
     /// Where birds touched.
@@ -164,7 +164,7 @@ impl Record {
         Ok(std::fs::write(path, document(WIDTH, bottom + 190.0, &svg))?)
     }
 
-    /// The windward side, as far as the flock flies while it blows.
+    /// Shades the windward side, along the way of the flock while the gust blows.
     fn draw_gust(&self, svg: &mut String, panel: &Panel, settings: &FlockSettings) {
         if settings.gust == 0.0 {
             return;
@@ -196,7 +196,7 @@ impl Record {
         }
     }
 
-    /// The nearest gap over time, under where the flock then was.
+    /// Draws the nearest gap over time, below the place of the flock at that time.
     fn draw_gaps(&self, svg: &mut String, panel: &Panel, settings: &FlockSettings, top: f64) {
         let greatest = self.gaps.iter().copied().fold(0.1, f64::max);
         let height = 110.0;

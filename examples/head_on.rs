@@ -1,6 +1,6 @@
-//! Bodies driven towards each other's places, two head-on and four at a crossing: pure repulsion
-//! deadlocks where all is symmetric; with the cross product of the repulsion and the vertical,
-//! everyone passes on their right. Measures both, exactly symmetric and perturbed.
+//! Bodies driven towards each other's places, two head-on and four at a crossing. Pure repulsion deadlocks in exact
+//! symmetry; with the cross product of the repulsion and the vertical added, every body passes on its right. Measures
+//! both, exactly symmetric and perturbed.
 //!
 //! ```text
 //! cargo run --release --example head_on
@@ -31,9 +31,9 @@ usage: head_on [--seeds N] [--spread LENGTH] [--steps N] [--picture FILE]
 const HALF: f64 = 190.0;
 const MARGIN: f64 = 28.0;
 
-/// What came of one meeting.
+/// The outcome of one meeting.
 struct Outcome {
-    /// When all had reached their goals.
+    /// The time at which all had reached their goals.
     time: Option<f64>,
     /// The least distance between two centres.
     nearest: f64,
@@ -141,7 +141,7 @@ fn words(settings: &HeadOnSettings) -> (&'static str, &'static str) {
     (who, how)
 }
 
-/// A line of the table; none for no outcomes.
+/// A line of the table; `None` if there are no outcomes.
 fn row(settings: &HeadOnSettings, start: &str, outcomes: &[Outcome]) -> Option<String> {
     let (who, how) = words(settings);
     let nearest = outcomes.iter().map(|o| o.nearest).reduce(f64::min)?;
@@ -162,7 +162,7 @@ fn row(settings: &HeadOnSettings, start: &str, outcomes: &[Outcome]) -> Option<S
 fn draw(svg: &mut String, number: usize, settings: &HeadOnSettings, outcome: &Outcome) {
     const COLORS: [&str; 4] = ["#2f6ecb", "#e27d28", "#1c9169", "#a2449b"];
     let (column, row) = ((number % 2) as f64, (number / 2) as f64);
-    // Nothing happens far from the line of two.
+    // Two bodies stay close to the line between their goals.
     let height = if settings.meeting == Meeting::Pair {
         80.0
     } else {

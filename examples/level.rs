@@ -1,6 +1,6 @@
-//! A level of a game: two moons around a planet, a wind that blows balls into a pool, a magnet that catches
-//! what is of iron, and crates that sleep until an explosion wakes them. Prints who fell asleep and who woke,
-//! and draws it as a moving picture if a file is given.
+//! A level of a game: two moons around a planet, a wind that blows balls into a pool, a magnet that catches iron
+//! bodies, and crates that sleep until an explosion wakes them. Prints which bodies fall asleep and wake, and draws an
+//! animation if a file is given.
 //!
 //! ```text
 //! cargo run --release --example level
@@ -26,9 +26,9 @@ const USAGE: &str = "\
 usage: level [--picture FILE.png]
   --picture  where to write the moving picture; none is written without";
 
-/// Every so many steps is a frame.
+/// Steps from one frame to the next.
 const STEPS_PER_FRAME: usize = 2;
-/// The film begins here, where nothing is on its way in: what is before comes last.
+/// The film begins at this step, when nothing is flying in; the frames before it come last.
 const FIRST_STEP: usize = 64;
 
 fn main() -> ExitCode {
@@ -64,12 +64,12 @@ fn run() -> Result<(), AnyError> {
     Ok(())
 }
 
-/// Who sleeps.
+/// Whether each body sleeps.
 #[derive(Default)]
 struct Sleepers(Vec<bool>);
 
 impl Sleepers {
-    /// Prints who fell asleep in the last step, and who woke.
+    /// Prints which bodies fell asleep in the last step, and which woke.
     fn tell(&mut self, level: &Playground) {
         let now = level.things.iter();
         let now = now.map(|it| level.world.bodies[it.body].is_sleeping());
@@ -93,7 +93,7 @@ impl Sleepers {
     }
 }
 
-/// What a body is, and which of its kind.
+/// The kind of a body, and its number within the kind.
 fn name(level: &Playground, thing: usize) -> String {
     let kind = level.things[thing].kind;
     let before = level.things[..thing].iter().filter(|it| it.kind == kind);

@@ -1,8 +1,8 @@
-//! The paper's two simulations at scale (§4): how many spheres, and how many molecules that spin, take a step in the time
-//! of a frame of 1/60 s. The paper's program managed about twenty and ten.
+//! The paper's two simulations at scale (§4): the number of spheres, and of molecules that spin, of which a step takes
+//! no longer than a frame of 1/60 s. The paper's program managed about twenty and ten.
 //!
-//! Each row is measured step by step beside a twin of the world that Rapier steps alone, bouncing by its own restitution.
-//! A last run of each row compares the contacts of the fields with Rapier's.
+//! Each row is measured step by step beside a copy of the world that Rapier steps alone, with its own restitution. A
+//! last run of each row compares the contacts of the fields with Rapier's.
 //!
 //! ```text
 //! cargo run --release --example real_time
@@ -32,13 +32,13 @@ usage: real_time [--most N] [--detection discrete|swept]
                many molecules); larger ones are measured until a step takes longer than a frame
   --detection  discrete, at the end of each step, or swept along the way (discrete)";
 
-/// No world is larger.
+/// Bodies in the largest world.
 const LARGEST: usize = 100_000;
 const FRAME: Duration = Duration::from_nanos(1_000_000_000 / 60);
-/// Steps of a row: at least the first number, and further ones up to the second until the time is over.
+/// Steps of a row: at least the first number, and more, up to the second number, until `TIME` is over.
 const STEPS: [usize; 2] = [20, 300];
 const TIME: Duration = Duration::from_millis(1500);
-/// Steps that are compared with Rapier: at least so many, and more of few bodies, which seldom touch.
+/// Steps that are compared with Rapier: at least `CHECKED`, and more in worlds of few bodies, which seldom touch.
 const CHECKED: usize = 300;
 const CHECKED_IN_ALL: usize = 40_000;
 
@@ -58,7 +58,7 @@ impl FromStr for When {
     }
 }
 
-/// What a simulation consists of.
+/// The bodies and fields of a simulation.
 #[derive(Clone, Copy)]
 enum Kind {
     /// The first simulation: equal spheres that collide.
@@ -75,7 +75,7 @@ struct Scene {
     fields: Fields,
 }
 
-/// The median time of a step.
+/// A row of the table: the median times of a step.
 struct Row {
     count: usize,
     fields: Duration,
@@ -113,7 +113,7 @@ impl Kind {
         }
     }
 
-    /// A closed box, as crowded whatever the count.
+    /// A closed box of the same density for every count.
     fn build(self, count: usize, detection: Detection, check: bool) -> Result<Scene, AnyError> {
         let settings = |tree: Tree| {
             Fields::builder(tree)
@@ -175,7 +175,7 @@ impl Kind {
             cross_check_passed(&check)?;
             rows.push(row);
         }
-        // Larger worlds, until a step of both takes longer than a frame.
+        // Larger worlds, until a step takes longer than a frame both with fields and without.
         let last = |rows: &[Row]| {
             rows.last()
                 .map(|row| (row.count, row.fields.min(row.rapier)))
@@ -252,7 +252,7 @@ impl Row {
     }
 }
 
-/// Ten times as many from row to row.
+/// The counts of the rows: each is ten times the one before.
 fn counts(first: usize, most: usize) -> impl Iterator<Item = usize> {
     let counts = std::iter::successors(Some(first), |count| Some(count * 10));
     counts.take_while(move |count| *count <= most)
@@ -267,7 +267,7 @@ fn milliseconds(time: Duration) -> f64 {
     1e3 * time.as_secs_f64()
 }
 
-/// The count of bodies whose step takes a frame: along the straight line, in logarithms, between the two rows around it.
+/// The count of bodies whose step takes a frame, interpolated linearly in logarithms between the two rows around it.
 fn largest(rows: &[Row], time: impl Fn(&Row) -> Duration) -> String {
     let over = rows.iter().position(|row| time(row) > FRAME);
     let Some(above) = over else {

@@ -66,7 +66,7 @@ impl DebugRenderBackend for Picture {
     }
 }
 
-/// A colour of Rapier's as browsers write it.
+/// A colour of Rapier in the notation of CSS.
 fn css([hue, saturation, lightness, alpha]: DebugColor) -> String {
     let [saturation, lightness] = [saturation, lightness].map(|share| share * 100.0);
     format!("hsla({hue:.0},{saturation:.0}%,{lightness:.0}%,{alpha:.2})")
@@ -159,7 +159,7 @@ fn tree(moon: RigidBodyHandle) -> Tree {
     planet.replace_union(shield) + wind + vortex
 }
 
-/// The beginnings of stream lines: around the planet, at the lee of the wind, and in the vortex.
+/// The beginnings of stream lines: around the planet, at the windward side of the wind zone, and in the vortex.
 fn seeds() -> Vec<Vector> {
     let around = (0..10).map(|number| {
         let angle = number as Real * 0.628;

@@ -1,6 +1,5 @@
-//! Runs a scene file, and writes where its bodies go, what the fields do to them, and who touches
-//! whom. What a scene file holds is described at `rapier3d_fields_scene`, which this is the program
-//! of.
+//! Runs a scene file, and writes the trajectories of its bodies, the wrenches of the fields and the contacts. The crate
+//! `rapier3d_fields_scene`, of which this is the program, describes scene files.
 //!
 //! ```text
 //! cargo run --release --example simulate -- examples/scenes/planet.json \

@@ -40,7 +40,7 @@ usage: spheres [--law paper|impulse] [--spheres N] [--steps N] [--seed N] [--pic
 const TRAJECTORY: &str = "out/spheres.xyz";
 const STEPS_PER_SAMPLE: usize = 10;
 
-/// How a sphere answers a touch.
+/// The law by which spheres answer contacts.
 #[derive(Clone, Copy, PartialEq)]
 enum Law {
     Paper,

@@ -6,7 +6,7 @@ use std::time::Instant;
 
 pub const ROUNDS: usize = 31;
 
-/// A world of its own that goes on from round to round.
+/// A variant of a scene, whose own world continues from round to round.
 pub struct Variant {
     pub name: &'static str,
     work: Work,
@@ -41,8 +41,8 @@ pub fn stepped(name: &'static str, fields: Fields, world: PhysicsWorld) -> Varia
 }
 
 impl Work {
-    /// How far the forces of fields on some bodies are from the reference, at worst, by the sum of what
-    /// single fields give there; nothing for a loop, or where no field acts.
+    /// The largest error of the forces of fields on some bodies against the reference, relative to the sum of the
+    /// magnitudes of single fields; `None` for a loop, or if no field acts.
     fn worst_error(&self) -> Option<f64> {
         const BODIES: usize = 50;
         let Work::Fields(both) = self else {
@@ -75,14 +75,14 @@ fn quartiles(values: Vec<f64>) -> [f64; 3] {
     [0.25, 0.5, 0.75].map(|part| quantile(&values, part))
 }
 
-/// What some variants took, in µs a step: by variant, and by round.
+/// The results of some variants: times by variant and round, in µs a step.
 pub struct Measured {
     names: Vec<&'static str>,
     errors: Vec<Option<f64>>,
     times: Vec<Vec<f64>>,
 }
 
-/// Makes stretches of `stretch` steps of each variant in each round, in an order that rotates.
+/// Makes stretches of `stretch` steps of each variant in each round, in rotating order.
 pub fn measure(stretch: usize, mut variants: Vec<Variant>) -> Measured {
     let mut times = vec![Vec::new(); variants.len()];
     for round in 0..=ROUNDS {
@@ -104,13 +104,13 @@ pub fn measure(stretch: usize, mut variants: Vec<Variant>) -> Measured {
     }
 }
 
-/// Whether a scene is asked for: `cargo bench` adds an option of its own.
+/// Whether the arguments select a scene. Options are skipped, since `cargo bench` adds one of its own.
 pub fn is_chosen(scene: &str) -> bool {
     let chosen = std::env::args().skip(1).find(|a| !a.starts_with("--"));
     chosen.is_none_or(|chosen| scene.contains(&chosen))
 }
 
-/// Measures variants, unless others are asked for, and prints what they take.
+/// Measures variants and prints their times, if the scene is selected.
 pub fn compare(scene: &str, stretch: usize, variants: impl FnOnce() -> Vec<Variant>) {
     if is_chosen(scene) {
         println!("{scene}");
@@ -128,14 +128,14 @@ impl Measured {
         &self.times[self.place(name)]
     }
 
-    /// How far a variant is from the reference in the end, in words.
+    /// The error of a variant against the reference at the end, as text.
     pub fn error(&self, name: &str) -> String {
         let error = self.errors[self.place(name)];
         error.map_or_else(|| "–".to_owned(), |error| format!("{error:.1e}"))
     }
 
-    /// The quartiles, the middle one second, of what a variant adds to the step of the first, over what
-    /// the rival adds to it; over its whole step, if that is the rival.
+    /// Quartiles, the median second: the time that a variant adds to the step of the first variant, over the time that
+    /// the rival adds; over the whole step of the first variant, if that is the rival.
     pub fn added(&self, variant: &str, rival: &str) -> [f64; 3] {
         let alone = &self.times[0];
         let of_all = rival == self.names[0];
@@ -147,13 +147,13 @@ impl Measured {
         quartiles(ratios.collect())
     }
 
-    /// The same of the steps as a whole.
+    /// Quartiles of the ratio of whole steps.
     pub fn whole(&self, variant: &str, rival: &str) -> [f64; 3] {
         let rounds = self.of(variant).iter().zip(self.of(rival));
         quartiles(rounds.map(|(own, rival)| own / rival).collect())
     }
 
-    /// Every variant beside the first, and what fields add over what loops by hand add.
+    /// Prints every variant beside the first, and the time that fields add over the time that loops by hand add.
     pub fn print(&self) {
         for (name, own) in self.names.iter().zip(&self.times) {
             let pairs = own.iter().zip(&self.times[0]);
@@ -195,7 +195,7 @@ pub fn lattice(count: usize, collider: &ColliderBuilder) -> PhysicsWorld {
     world
 }
 
-/// Balls on that lattice.
+/// `count` balls on the [`lattice`].
 pub fn balls(count: usize) -> PhysicsWorld {
     lattice(count, &ColliderBuilder::ball(0.5))
 }

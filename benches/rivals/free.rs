@@ -1,7 +1,7 @@
 //! Free bodies in plain fields.
 //!
-//! In all worlds of a scene bodies fly alike, also where nothing acts on them: Rapier has more to do for what
-//! moves. So fields are weak, and change the velocities by little as long as it is measured.
+//! In all worlds of a scene bodies fly alike, even if nothing acts on them, since moving bodies cost Rapier more.
+//! Fields are weak, so that velocities change by little during the measurement.
 
 use rapier3d_fields::field::Turbulence;
 use rapier3d_fields::prelude::*;
@@ -9,10 +9,10 @@ use rapier3d_fields_lab::single::random::Random;
 
 use super::paired::{Variant, alone, balls, lattice, variant, with};
 
-/// How bodies fly.
+/// The velocity of bodies at the start.
 const VELOCITY: Vector = Vector::new(0.05, 0.02, -0.03);
 
-/// Balls on a wide lattice that fly alike.
+/// Balls on a wide lattice, all of the same velocity.
 fn flying(count: usize, velocity: Vector) -> PhysicsWorld {
     let mut world = balls(count);
     for (_, body) in world.bodies.iter_mut() {
@@ -21,7 +21,7 @@ fn flying(count: usize, velocity: Vector) -> PhysicsWorld {
     world
 }
 
-/// An impulse for every body, of a force that lasts some time.
+/// Gives every body the impulse of a force over some time.
 fn kick(world: &mut PhysicsWorld, time: Real, force: impl Fn(&RigidBody) -> Vector) {
     for (_, body) in world.bodies.iter_mut() {
         let impulse = force(body) * time;
@@ -80,7 +80,7 @@ pub fn uniform(count: usize) -> Vec<Variant> {
     variants
 }
 
-/// Drag, or wind, with and without a term of the second order.
+/// Drag, or wind, with and without a quadratic term.
 pub fn drag(count: usize, wind: Vector, quadratic: Real) -> Vec<Variant> {
     let rate = 1e-3;
     let force = move |body: &RigidBody| {
@@ -94,7 +94,7 @@ pub fn drag(count: usize, wind: Vector, quadratic: Real) -> Vec<Variant> {
     beside_loops(|| flying(count, wind + VELOCITY), force, tree)
 }
 
-/// A random flow as wind: by hand as many waves of the same kind, one after the other.
+/// A random flow as wind. The loop by hand sums as many waves of the same kind, one after the other.
 pub fn turbulence(count: usize) -> Vec<Variant> {
     const WAVES: usize = 32;
     let rate = 1e-3;
@@ -117,7 +117,7 @@ pub fn turbulence(count: usize) -> Vec<Variant> {
     beside_loops(|| flying(count, VELOCITY), force, || gusts().into())
 }
 
-/// Between balls of the lattice: in the middle of one, a loop by hand would divide by zero.
+/// Centres of zones, between balls of the lattice: at the centre of a ball, a loop by hand would divide by zero.
 const ZONES: [Vector; 3] = [
     Vector::new(21.5, 22.0, 21.0),
     Vector::new(61.0, 62.5, 61.5),
@@ -126,7 +126,7 @@ const ZONES: [Vector; 3] = [
 const RADIUS: Real = 50.0;
 const STRENGTH: Real = 1e-3;
 
-/// What a zone does to a body, unless that is out of its reach.
+/// The force of a zone on a body; `None` if the body is out of reach.
 fn pull(body: &RigidBody, zone: Vector) -> Option<Vector> {
     let way = zone - body.center_of_mass();
     let r2 = way.length_squared();
@@ -142,14 +142,14 @@ fn zones_by(count: usize, operator: Operator, force: fn(&RigidBody) -> Vector) -
     beside_loops(|| flying(count, VELOCITY), force, tree)
 }
 
-/// Three zones that attract, all of them.
+/// Three attracting zones, whose forces add up.
 pub fn zones(count: usize) -> Vec<Variant> {
     zones_by(count, Operator::SumUnion, |body| {
         ZONES.iter().filter_map(|zone| pull(body, *zone)).sum()
     })
 }
 
-/// Three zones that attract, of which the last that holds a body counts.
+/// Three attracting zones, of which only the last one that contains a body acts on it.
 pub fn replacing_zones(count: usize) -> Vec<Variant> {
     zones_by(count, Operator::ReplaceUnion, |body| {
         let mut pulls = ZONES.iter().rev().filter_map(|zone| pull(body, *zone));
@@ -157,7 +157,7 @@ pub fn replacing_zones(count: usize) -> Vec<Variant> {
     })
 }
 
-/// Boxes that turn in the gravity of a planet.
+/// Rotating boxes in the gravity of a planet.
 pub fn boxes(count: usize) -> Vec<Variant> {
     let world = || {
         let mut world = lattice(count, &ColliderBuilder::cuboid(0.5, 0.4, 0.3));
@@ -178,7 +178,7 @@ pub fn boxes(count: usize) -> Vec<Variant> {
     ]
 }
 
-/// Zones that ride on every tenth ball.
+/// Zones anchored to every tenth ball.
 pub fn moving_zones(count: usize) -> Vec<Variant> {
     const REACH: Real = 6.0;
     let riders = |world: &PhysicsWorld| -> Vec<RigidBodyHandle> {
@@ -247,7 +247,7 @@ pub fn moving_zones(count: usize) -> Vec<Variant> {
     ]
 }
 
-/// Balls that all attract each other, in air.
+/// Balls that all attract each other, with drag.
 pub fn attracted(count: usize) -> Vec<Variant> {
     const SOFT: Real = 0.5;
     const PULL: Real = 1e-5;

@@ -1,7 +1,7 @@
-//! Fields beside the loop that does the same by hand.
+//! Fields beside loops by hand that do the same.
 //!
-//! `cargo bench --bench rivals [-- NAME]`, measured as `leave_out` is. With `--table` only ratios are
-//! printed, a line for each, with the target that the project has set itself.
+//! `cargo bench --bench rivals [-- NAME]`, measured as in `leave_out`. With `--table` only ratios are printed, one a
+//! line, each with its target.
 
 #[path = "../paired/mod.rs"]
 mod paired;
@@ -17,7 +17,7 @@ use paired::{Measured, ROUNDS, Variant, compare, is_chosen, measure};
 use rapier3d_fields::prelude::*;
 use rapier3d_fields_lab::study::Machine;
 
-/// A scene, and the ratios that are told of it.
+/// A scene, and the ratios that are reported of it.
 struct Scene {
     name: &'static str,
     /// Steps in a stretch that is timed.
@@ -26,7 +26,7 @@ struct Scene {
     ratios: &'static [Ratio],
 }
 
-/// What a variant takes, over what a rival takes.
+/// The time of a variant over the time of a rival.
 struct Ratio {
     of: &'static str,
     to: &'static str,
@@ -34,12 +34,12 @@ struct Ratio {
     target: Option<f64>,
 }
 
-/// Which part of a step is compared.
+/// The part of a step that is compared.
 #[derive(Clone, Copy)]
 enum Share {
-    /// What both add to Rapier's step; or what is added, over Rapier's step.
+    /// The time added to Rapier's step, over the time that the rival adds; over Rapier's step, if that is the rival.
     Added,
-    /// The whole of it.
+    /// The whole step.
     Whole,
 }
 
@@ -68,7 +68,7 @@ const fn whole(of: &'static str, to: &'static str, target: Option<f64>) -> Ratio
     }
 }
 
-/// Against loops that kick as often.
+/// Ratios to loops with as many kicks per step.
 const fn kicks(target: Option<f64>) -> [Ratio; 2] {
     [
         added(KICK, "kick by hand", target),
@@ -199,7 +199,7 @@ const fn scene(
 }
 
 impl Scene {
-    /// As lines of a table of all scenes.
+    /// Prints the lines of the scene in a table of all scenes.
     fn print(&self) {
         let measured = measure(self.stretch, (self.variants)());
         for ratio in self.ratios {

@@ -12,7 +12,7 @@ use super::paired::{Variant, stepped, variant};
 
 const CUTOFF: Real = 10.0;
 
-/// A box: how many molecules, and how far apart.
+/// A box of molecules: their number, and the distance between neighbours.
 #[derive(Clone, Copy)]
 pub struct Density {
     pub name: &'static str,
@@ -28,7 +28,7 @@ pub const BOXES: [Density; 5] = [
     boxed("gas, 100,000 molecules", 100_000, GAS),
 ];
 
-/// Å from molecule to molecule.
+/// The distance between neighbours in Å.
 const LIQUID: Real = 3.6;
 const GAS: Real = 20.0;
 
@@ -74,7 +74,7 @@ impl Density {
             }),
             fields("field, kick", Scheme::Kick),
             fields("field, kick-drift-kick", Scheme::KickDriftKick),
-            // Fields that differ from place to place answer contacts under symmetric schemes only.
+            // In fields that vary in space, a plain kick may not answer contacts: it does not keep the energy of a hit.
             detecting("with detection, kick-drift-kick", Scheme::KickDriftKick),
         ]
     }

@@ -41,8 +41,8 @@ fn heap(count: usize) -> PhysicsWorld {
     world
 }
 
-/// A heap on a floor in wind and three zones, under Rapier's gravity. By hand, forces are set anew in
-/// each step, as Rapier's documentation shows it.
+/// A heap on a floor in wind and three zones, under Rapier's gravity. The loop by hand sets forces anew in each step,
+/// as Rapier's documentation shows it.
 pub fn piled(count: usize) -> Vec<Variant> {
     let zone = |at| {
         let zone = Field::radial(-STRENGTH, -2.0).softened(0.5);
@@ -100,7 +100,7 @@ fn afloat(count: usize) -> PhysicsWorld {
     world
 }
 
-/// Mixed shapes in wind, turbulence and a pool. Rapier alone holds them up without gravity.
+/// Mixed shapes in wind, turbulence and a pool. Rapier alone has no gravity, so that the bodies stay where they are.
 pub fn mixed(count: usize) -> Vec<Variant> {
     let mut plain = afloat(count);
     plain.gravity = Vector::ZERO;

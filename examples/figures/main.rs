@@ -37,7 +37,7 @@ const MARGIN: f64 = 28.0;
 const HEADING: f64 = 88.0;
 const COLORS: [&str; 4] = ["#2f6ecb", "#e27d28", "#c23b64", "#8b98ab"];
 
-/// What became of one body.
+/// The path of one body.
 struct Track {
     start: DVec3,
     line: Vec<DVec3>,
@@ -81,8 +81,7 @@ fn run() -> Result<(), AnyError> {
     )
 }
 
-/// Runs a figure, reports, and draws it: the field at the start, as a point feels it, and the way of
-/// every body.
+/// Runs a figure, prints a report, and draws the force on a point at the start and the path of every body.
 fn show(
     mut figure: Figure,
     steps: usize,
@@ -126,7 +125,7 @@ fn show(
     Ok(())
 }
 
-/// The arrows that a point feels at the start, and the bodies that carry the fields.
+/// Draws the force on a point at the start as arrows, and the bodies that carry the fields.
 fn draw_field(svg: &mut String, figure: &Figure, panel: &Panel) -> Result<(), AnyError> {
     for source in &figure.sources {
         let body = &figure.world.bodies[*source];
@@ -142,7 +141,7 @@ fn draw_field(svg: &mut String, figure: &Figure, panel: &Panel) -> Result<(), An
         };
         reference.force(&frames, &query)
     });
-    // Both fields are of constant strength: the repulsion is to stand out.
+    // Both fields have constant strength; the scale makes the repulsion stand out.
     let strengths = arrows.iter().map(|arrow| arrow.vector.length());
     let strongest = strengths.fold(0.0, f64::max);
     panel.draw_arrows(svg, &arrows, 16.5, Some(strongest));

@@ -1,4 +1,4 @@
-//! Figure 2: what every operator makes of two fields that overlap, drawn from the evaluator.
+//! Figure 2: every operator on two fields that overlap, evaluated by the reference.
 
 use std::path::Path;
 
@@ -11,7 +11,7 @@ use rapier3d_fields_lab::drawing::arrows::{FAINT, INK, Panel, document, text};
 
 const EXTENT: f64 = 2.6;
 const HALF: f64 = 118.0;
-/// Half the height of what is drawn of a panel.
+/// Half the height of a panel.
 const HEIGHT: f64 = 76.0;
 const GAP: f64 = 22.0;
 const HEADING: f64 = 76.0;
@@ -21,8 +21,7 @@ const COLUMNS: usize = 5;
 const MIDDLES: [DVec3; 2] = [DVec3::new(-0.7, 0.0, 0.0), DVec3::new(0.7, 0.0, 0.0)];
 const RADIUS: f64 = 1.6;
 
-/// The two operands: along x in a ball, and away from the middle of another, slightly stronger far
-/// out.
+/// The two operands: along x in one ball, and away from the middle of another one, stronger farther out.
 fn operands() -> [Field; 2] {
     let [one, two] = MIDDLES.map(|it| Vector::X * it.x as f32);
     let ball = || Region::ball(RADIUS as f32);

@@ -1,5 +1,4 @@
-//! Plate 2: two molecules of ammonia collide off their middles, and go on spinning. Only contact
-//! fields around their atoms act.
+//! Plate 2: two molecules of ammonia collide off-centre, and then spin. Only contact fields around their atoms act.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -17,9 +16,9 @@ const STEPS: usize = 55;
 const CELL: [f64; 2] = [250.0, 190.0];
 const HEADING: f64 = 84.0;
 const MARGIN: f64 = 20.0;
-/// Pixels to the ångström.
+/// Pixels per ångström.
 const SCALE: f64 = 21.0;
-/// Of nitrogen and hydrogen: middle and rim.
+/// Of nitrogen and hydrogen: fill and rim.
 const COLORS: [[&str; 2]; 2] = [["#7ba2e8", "#2f55a4"], ["#ffffff", "#8b98ab"]];
 
 /// Runs the collision, reports it, and draws some moments of it.
@@ -32,7 +31,7 @@ pub fn draw(path: &Path) -> Result<(), AnyError> {
         let (bodies, colliders) = (&mut world.bodies, &mut world.colliders);
         insert_molecule(bodies, colliders, pose, Vector::X * v, Vector::ZERO)
     };
-    // A hydrogen of each stands across the way of the other.
+    // A hydrogen of each molecule is in the way of the other molecule.
     let turn = std::f32::consts::PI + 1.2;
     let left = insert(-3.6, -0.75, Vector::Z * 1.2, 12.0);
     let right = insert(3.6, 0.75, Vector::Z * turn, -12.0);
@@ -72,7 +71,7 @@ pub fn draw(path: &Path) -> Result<(), AnyError> {
     Ok(())
 }
 
-/// What the two have between them.
+/// Sums over both molecules.
 struct Motion {
     energy: f64,
     spinning: f64,
@@ -117,7 +116,7 @@ impl std::fmt::Display for Motion {
     }
 }
 
-/// The atoms of both at one moment, as large as they collide, the nearest last.
+/// Draws the atoms of both at one moment, with the radii at which they collide, the nearest last.
 fn draw_frame(svg: &mut String, frame: usize, world: &PhysicsWorld, molecules: &[Molecule]) {
     let middle = [
         MARGIN + (frame % COLUMNS) as f64 * CELL[0] + 0.5 * CELL[0],

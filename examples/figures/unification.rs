@@ -1,4 +1,4 @@
-//! The paper's §3.4, drawn: who is slow is turned away, who is fast collides, by one tree.
+//! The paper's §3.4 as a picture: one tree turns slow bodies away, and lets fast ones collide.
 
 use std::path::Path;
 
@@ -18,7 +18,7 @@ const HEADING: f64 = 88.0;
 const STEPS: usize = 240 * 7;
 const COLORS: [&str; 4] = ["#2f6ecb", "#c23b64", "#e27d28", "#35b779"];
 
-/// What a body did.
+/// The path of a body.
 #[derive(Default)]
 struct Way {
     line: Vec<DVec3>,
@@ -70,7 +70,7 @@ pub fn draw(path: &Path) -> Result<(), AnyError> {
     Ok(())
 }
 
-/// The borders of both fields, and the arrows that a body feels.
+/// Draws the borders of both fields, and the force on a body as arrows.
 fn draw_fields(svg: &mut String, panel: &Panel, scene: &Unification) -> Result<(), AnyError> {
     for (radius, fill) in [(REACH[0], "#f4f6fa"), (REACH[1], "#fbeee2")] {
         let style = format!("fill=\"{fill}\" stroke=\"#b9c4d6\" stroke-dasharray=\"4 4\"");

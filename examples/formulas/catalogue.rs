@@ -12,14 +12,14 @@ pub struct Entry {
     pub slice: Slice,
     /// From the middle of the slice to each side.
     pub extent: f64,
-    /// How the sample at a point moves; it rests without.
+    /// The velocity of the sample at a point; without, it is at rest.
     pub velocity: Option<fn(DVec3) -> DVec3>,
     /// Radius of the sample.
     pub radius: f64,
     pub marks: Vec<Mark>,
 }
 
-/// The plane of a slice: through y, the axis of all that turns, or across it.
+/// The plane of a slice: through y, the axis of all rotating fields, or perpendicular to it.
 #[derive(Clone, Copy)]
 pub enum Slice {
     Upright,
@@ -27,7 +27,7 @@ pub enum Slice {
 }
 
 impl Slice {
-    /// Across and up the page, so that the third axis points out of it.
+    /// The axes across and up the page, such that the third one points out of it.
     pub fn axes(self) -> (DVec3, DVec3) {
         match self {
             Slice::Upright => (DVec3::X, DVec3::Y),
@@ -36,7 +36,7 @@ impl Slice {
     }
 }
 
-/// What is drawn under the arrows.
+/// A shape drawn under the arrows.
 pub enum Mark {
     /// Dashed, around the origin.
     Circle(f64),
@@ -62,7 +62,7 @@ impl Entry {
         }
     }
 
-    /// Across the y axis.
+    /// Slices perpendicular to the y axis.
     fn level(mut self) -> Self {
         self.slice = Slice::Level;
         self
@@ -84,7 +84,7 @@ impl Entry {
     }
 }
 
-/// All of them, the detection field aside.
+/// All formulas but the detection field.
 pub fn entries() -> Vec<Entry> {
     let mut entries = radial();
     entries.extend(springs_and_axes());

@@ -1,5 +1,4 @@
-//! The panel of the detection field, which is no force: two balls before an impact, and the
-//! impulses by which it is answered.
+//! The panel of the detection field, which is no force: two balls before an impact, and the impulses that answer it.
 
 use rapier3d_fields::prelude::*;
 

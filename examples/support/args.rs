@@ -43,7 +43,7 @@ impl Args {
         Ok((Self(pairs), others))
     }
 
-    /// The value of an option, the last if it was given twice, or what it is without.
+    /// The value of an option, the last one if it is given twice, or `default` if it is not given.
     pub fn get<T: FromStr<Err: Display>>(&self, name: &str, default: T) -> Result<T, AnyError> {
         let Some((_, value)) = self.0.iter().rfind(|(given, _)| given == name) else {
             return Ok(default);

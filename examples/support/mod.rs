@@ -1,4 +1,4 @@
-//! What the examples share: arguments, errors and a progress bar. All else is in `lab/`.
+//! Shared by the examples: arguments, errors and a progress bar. All else is in `lab/`.
 
 #![allow(dead_code, reason = "each example uses a part")]
 
@@ -11,7 +11,7 @@ use indicatif::{ProgressBar, ProgressState, ProgressStyle};
 #[allow(unused_imports, reason = "each example uses a part")]
 pub use rapier3d_fields_lab::{AnyError, make_folder_of};
 
-/// The end of `main`: an error is printed as a sentence, not as `Debug` would have it.
+/// The exit code of `main`. An error is printed by `Display`, not by `Debug`.
 pub fn exit(result: Result<(), AnyError>) -> ExitCode {
     match result {
         Ok(()) => ExitCode::SUCCESS,
@@ -29,7 +29,7 @@ pub fn progress_bar(steps: usize) -> ProgressBar {
     )
     .expect("the template is well-formed")
     .with_key("rate", |state: &ProgressState, out: &mut dyn fmt::Write| {
-        // A rate that cannot be written is not worth stopping for.
+        // An error here is no reason to stop.
         let _ = write!(out, "{:.0}/s", state.per_sec());
     });
     let bar = ProgressBar::new(steps as u64);
