@@ -1,7 +1,7 @@
 //! The time of a frame of 10,000 bodies with fields, beside the same frame of `bevy_rapier3d` alone.
 //!
-//! `cargo bench --bench frames --ignore-rust-version`. Frames of the two apps alternate; each figure is a median with its
-//! quartiles.
+//! `cargo bench --bench frames --ignore-rust-version`. Frames of the two apps alternate; each figure is a median with
+//! its quartiles.
 
 use std::time::{Duration, Instant};
 
@@ -13,7 +13,7 @@ use bevy_rapier3d_fields::prelude::*;
 const BODIES: u16 = 10_000;
 const ROUNDS: usize = 151;
 
-/// The strength of all fields: so weak that bodies stay apart, and Rapier has as much to do as without fields.
+/// The strength of all fields: so weak that bodies stay apart, and Rapier's work is the same as without fields.
 const WEAK: f32 = 1e-5;
 
 fn main() {
@@ -35,7 +35,7 @@ fn main() {
         let wind = ForceField::new(Field::wind(Vec3::Z, WEAK, 0.0));
         app.world_mut().spawn((sensor(), WithinCollider, wind));
     };
-    // Rapier detects what is in the sensor, with and without a field.
+    // Rapier detects the bodies in the sensor with and without a field.
     let sensor_alone = |app: &mut App| {
         app.world_mut().spawn(sensor());
     };

@@ -8,7 +8,7 @@ use bevy_rapier3d::prelude::{
 use rapier3d_fields::Anchor;
 use rapier3d_fields::rapier::prelude::Pose;
 
-/// The parts of an entity that say where it is for Rapier.
+/// The components from which the frame of an entity is found.
 type InRapier = (
     Option<&'static RapierContextEntityLink>,
     Option<&'static RapierRigidBodyHandle>,
@@ -17,7 +17,7 @@ type InRapier = (
     Option<&'static ChildOf>,
 );
 
-/// Finds frames.
+/// Finds the frames of entities.
 #[derive(SystemParam)]
 pub(crate) struct Carriers<'w, 's> {
     entities: Query<'w, 's, InRapier>,
@@ -68,7 +68,7 @@ impl Carriers<'_, '_> {
         }
     }
 
-    /// The context of an entity of Rapier's.
+    /// The context of an entity with a body or a collider of Rapier.
     pub fn context_of(&self, entity: Entity) -> Option<Entity> {
         let link = self.entities.get(entity).ok().and_then(|it| it.0);
         link.map(|link| link.0).or_else(|| self.default_context())

@@ -6,8 +6,8 @@ use rapier3d_fields::{ColliderProperties, Sampling};
 /// Limits the [`ForceField`](crate::ForceField) of an entity to the shape of its `Collider`: a zone. The collider is
 /// usually a `Sensor`.
 ///
-/// A region that a field has of its own is cut down to the shape. The shape is the scaled one, and is followed when it
-/// changes. A shape without an inside (a triangle, a segment, a polyline) is refused, as by
+/// A region of the field itself is intersected with the shape. The shape is the scaled one, and changes of it are
+/// followed. A shape without an inside (a triangle, a segment, a polyline) is refused, as by
 /// [`Region::shape`](rapier3d_fields::Region::shape).
 #[derive(Component, Clone, Copy, Debug, Default, PartialEq, Eq, Reflect)]
 #[reflect(Component, Default, Clone, PartialEq)]

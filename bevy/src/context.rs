@@ -11,11 +11,11 @@ use rapier3d_fields::pipeline::{FieldSettings, FieldState};
 use crate::place::{PlacedField, Spot};
 use crate::reports::Reports;
 
-/// The fields of a context of Rapier's, beside its `RapierContextSimulation`, which requires it.
+/// The fields of a Rapier context: a component beside its `RapierContextSimulation`, which requires it.
 ///
-/// It is a [`Fields`]: its set has the fields of all [`ForceField`](crate::ForceField)s of the context, and those that you
-/// insert yourself; ask it for contacts, warnings, timings, the energy account, or the wrench on a body. Leave the removal of
-/// the fields of entities to their components: one that you take out of the set stays out.
+/// It dereferences to [`Fields`], for contacts, warnings, timings, the energy account, or the wrench on a body. Its set
+/// holds the fields of all [`ForceField`](crate::ForceField)s of the context, and those that you insert yourself.
+/// To remove the fields of an entity, remove its component: a field that you take out of the set stays out.
 ///
 /// A clone continues like the original, bit for bit, so a snapshot of a context is a copy of its components.
 #[derive(Component, Deref, DerefMut)]
@@ -23,7 +23,7 @@ pub struct RapierContextFields {
     #[deref]
     pub(crate) fields: Fields,
     pub(crate) placed: EntityHashMap<PlacedField>,
-    /// Where the fields of entities were refused, so that they are not tried again as long as nothing changes.
+    /// The spots at which the fields of entities were refused: they are not tried again until something changes.
     pub(crate) refused: EntityHashMap<Spot>,
     /// The entity of each field that is in the set, or left it in the last step.
     pub(crate) owners: HashMap<FieldHandle, Entity>,
@@ -33,12 +33,12 @@ pub struct RapierContextFields {
 }
 
 impl RapierContextFields {
-    /// The fields themselves, for what takes a [`Fields`].
+    /// The fields, for functions that take a [`Fields`].
     pub fn fields(&self) -> &Fields {
         &self.fields
     }
 
-    /// The entity with the [`ForceField`](crate::ForceField) that a field belongs to; `None` if it is none of an entity.
+    /// The entity with the [`ForceField`](crate::ForceField) to which a field belongs; `None` if there is none.
     pub fn entity_of(&self, field: FieldHandle) -> Option<Entity> {
         self.owners.get(&field).copied()
     }
@@ -55,7 +55,7 @@ impl RapierContextFields {
         self.reports.listen(&mut self.fields, zones, contacts);
     }
 
-    /// Forgets the entities of fields that left the set: their last events are sent.
+    /// Forgets the entities of fields that left the set, after their last events were sent.
     pub(crate) fn forget_removed(&mut self) {
         if self.owners.len() > self.fields.set.len() {
             let set = &self.fields.set;

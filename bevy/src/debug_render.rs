@@ -8,23 +8,24 @@ use rapier3d_fields::debug_render::FieldDebugRenderPipeline;
 
 use crate::context::RapierContextFields;
 
-/// Draws the fields of all contexts as gizmos: regions, arrows, stream lines, wrenches on bodies, contacts. `DefaultPlugins`
-/// has the plugins of Bevy's that gizmos need. Width and depth of the lines are those of the group [`FieldGizmos`].
+/// Draws the fields of all contexts as gizmos: regions, arrows, stream lines, wrenches on bodies, contacts. It needs
+/// Bevy's plugins for gizmos, which `DefaultPlugins` includes. Width and depth of the lines are those of the group
+/// [`FieldGizmos`].
 #[derive(Default)]
 pub struct RapierFieldsDebugRenderPlugin;
 
-/// The group of the gizmos of fields, for Bevy's `GizmoConfigStore`.
+/// The gizmo group of fields, to be configured in Bevy's `GizmoConfigStore`.
 #[derive(Default, Reflect, GizmoConfigGroup)]
 pub struct FieldGizmos;
 
 /// The mode and the style in which fields are drawn.
 #[derive(Resource)]
 pub struct FieldsDebugRender {
-    /// True to draw.
+    /// Whether fields are drawn.
     pub enabled: bool,
-    /// The mode, which says what is drawn, and the style.
+    /// The mode, which selects what is drawn, and the style.
     pub pipeline: FieldDebugRenderPipeline,
-    /// True once a picture was cut short.
+    /// Whether the warning that lines are missing has been logged.
     warned: bool,
 }
 

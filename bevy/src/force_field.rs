@@ -8,16 +8,16 @@ use rapier3d_fields::{Field, FieldSet, Tree, TreeHandle};
 
 /// A field, or a tree of fields, in the frame of its entity. The forces of all entities add up.
 ///
-/// The frame is that of the entity: with a `Collider`, the collider's; within a `RigidBody` (its own, or that of an
-/// ancestor), the body's; else that of the `GlobalTransform`. Scale counts for places, but not for the lengths of fields.
-/// As for any field, one on a body does not act on that body, and [contact](Field::contact) fields need a `Collider`.
-/// Fields that are [placed](Field::at) at a body or a collider of Rapier's stay there, and so do the anchors of
-/// [instances](Tree::instances) and of [scales](Tree::scaled_at).
+/// The frame is that of the entity's `Collider` if it has one, else that of the nearest `RigidBody` among the entity
+/// and its ancestors, else that of its `GlobalTransform`. Scale affects places, but not the lengths within fields. As
+/// for any field, one on a body does not act on that body, and [contact](Field::contact) fields need a `Collider`.
+/// Fields that are [placed](Field::at) at a body or a collider of Rapier keep this anchor; the anchors of
+/// [instances](Tree::instances) and of [scales](Tree::scaled_at) stay as they are, too.
 ///
-/// Changes count from the next step on. A change of a field in place keeps who is inside of it and what touches it; a
-/// new component in place of the old one does not. Fields that are not valid are refused: an error is logged that names
-/// the entity, and the fields that it had before stay. An entity that is despawned, or loses the component, loses its
-/// fields before the next step.
+/// Changes take effect in the next step. A field that is edited in place keeps its record of the bodies inside of it
+/// and of its contacts; a component that replaces another one does not. Fields that are not valid are refused: an error
+/// that names the entity is logged, and the previous fields stay. If the entity is despawned, or loses the component,
+/// its fields are removed before the next step.
 ///
 /// ```
 /// use bevy_rapier3d_fields::prelude::*;
@@ -38,9 +38,9 @@ use rapier3d_fields::{Field, FieldSet, Tree, TreeHandle};
 #[require(Transform)]
 pub struct ForceField {
     set: FieldSet,
-    /// The whole of the set.
+    /// The handle of the tree that is all of the set.
     tree: TreeHandle,
-    /// The same for all copies of a component, in which only fields can have changed.
+    /// A number that a component shares with its clones, which can differ from it in their fields only.
     structure: u64,
 }
 
@@ -56,7 +56,7 @@ impl ForceField {
         }
     }
 
-    /// The tree, as it is now.
+    /// The tree with its current fields.
     pub fn tree(&self) -> Tree {
         self.set.tree()
     }
@@ -66,7 +66,7 @@ impl ForceField {
         self.set.get(name)
     }
 
-    /// A field of the tree by its name, to be changed.
+    /// A field of the tree by its name, to be changed; `None` if there is none.
     pub fn get_mut(&mut self, name: &str) -> Option<&mut Field> {
         self.set.get_mut(name)
     }
@@ -93,7 +93,7 @@ impl ForceField {
         self.for_each(|field| field.enabled = enabled);
     }
 
-    /// A copy with each field in its place in the world. Prototypes of instances stay as they are.
+    /// A copy in which `place` is applied to each field. Prototypes of instances stay as they are.
     pub(crate) fn placed(&self, place: impl Fn(&Field) -> Field) -> Self {
         let mut copy = self.clone();
         for (handle, field) in self.set.fields_in_place() {
@@ -102,7 +102,7 @@ impl ForceField {
         copy
     }
 
-    /// Returns true if only fields differ from another component.
+    /// Returns true if this component differs from one of that structure in its fields only.
     pub(crate) fn has_structure(&self, structure: u64) -> bool {
         self.structure == structure
     }
@@ -133,7 +133,7 @@ impl From<ForceField> for Tree {
 /// A field of the tree, by its name.
 ///
 /// # Panics
-/// If there is none of that name, like an index into a map.
+/// If there is no field of that name, like an index into a map.
 impl Index<&str> for ForceField {
     type Output = Field;
 
@@ -143,7 +143,7 @@ impl Index<&str> for ForceField {
 }
 
 /// # Panics
-/// If there is none of that name, like an index into a map.
+/// If there is no field of that name, like an index into a map.
 impl IndexMut<&str> for ForceField {
     fn index_mut(&mut self, name: &str) -> &mut Field {
         &mut self.set[name]

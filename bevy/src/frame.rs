@@ -2,20 +2,19 @@
 
 use bevy_rapier3d::prelude::TimestepMode;
 
-/// The steps of one frame: `rounds` times `substeps` steps of `dt`, as `bevy_rapier3d` makes them by its own system.
+/// The steps of one frame: `rounds` times `substeps` steps of `dt`, as the system of `bevy_rapier3d` makes them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct FrameSteps {
     pub dt: f32,
     pub substeps: usize,
-    /// More than one only where physics catches up with the time of the app.
+    /// 1, except in the mode `Interpolated`, where physics catches up with the time of the app.
     pub rounds: usize,
     /// The time step that the context shows between frames.
     pub shown_dt: f32,
 }
 
 impl FrameSteps {
-    /// The steps of a frame that took `elapsed` seconds. `behind` is the time by which physics lags behind the app, which
-    /// is brought up to date.
+    /// The steps of a frame that took `elapsed` seconds. Updates `behind`, the lag of physics in seconds.
     pub fn new(mode: TimestepMode, elapsed: f32, behind: &mut f32) -> Self {
         let (shown_dt, whole, substeps, rounds) = match mode {
             TimestepMode::Fixed { dt, substeps } => (dt, dt, substeps, 1),
@@ -34,7 +33,7 @@ impl FrameSteps {
             } => {
                 *behind += elapsed;
                 let mut rounds = 0;
-                // With a step that is not positive, or lost in rounding, it would not end.
+                // With a `dt` that is not positive, or lost in rounding, the loop would not end.
                 while *behind > 0.0 && *behind - dt < *behind {
                     *behind -= dt;
                     rounds += 1;
@@ -43,7 +42,7 @@ impl FrameSteps {
             }
         };
         let dt = match mode {
-            // In the same order as there, for the same bits.
+            // In the order of `bevy_rapier3d`, for the same bits.
             TimestepMode::Interpolated { dt, time_scale, .. } => dt / substeps as f32 * time_scale,
             _ => whole / substeps as f32,
         };

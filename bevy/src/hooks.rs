@@ -1,4 +1,4 @@
-//! Hooks of a Bevy app, as Rapier calls them.
+//! The hooks of a Bevy app as an implementation of Rapier's trait.
 
 use bevy_rapier3d::prelude::{
     BevyPhysicsHooks, ContactModificationContextView, PairFilterContextView,

@@ -29,7 +29,7 @@ pub use predict::PredictFields;
 pub use rapier3d_fields as fields;
 pub use settings::RapierFieldsSettings;
 
-/// The items that most apps use. Import it beside the preludes of Bevy and `bevy_rapier3d`: it has no name of theirs.
+/// The items that most apps use. It can be imported beside the preludes of Bevy and `bevy_rapier3d`: no names clash.
 pub mod prelude {
     pub use crate::{
         FieldContactEvent, FieldProperties, FieldSampling, FieldZoneEvent, FieldsSync, ForceField,

@@ -1,15 +1,15 @@
-//! Messages: who enters and leaves zones, and what touches.
+//! Messages about bodies that enter and leave zones, and about contacts.
 
 use bevy::prelude::*;
 
-/// A body entered or left the region of a field, with its centre of mass.
+/// The centre of mass of a body entered or left the region of a field.
 ///
-/// Sent while [`zone_events`](crate::RapierFieldsSettings::zone_events) is on; see
-/// [`Fields::set_zone_events`](rapier3d_fields::Fields::set_zone_events) for what counts as a zone, and how exact times are.
-/// Entities may be gone by the time that the message is read.
+/// Sent while [`zone_events`](crate::RapierFieldsSettings::zone_events) is on. See
+/// [`Fields::set_zone_events`](rapier3d_fields::Fields::set_zone_events) for the fields that are zones, and the
+/// accuracy of times. Entities may no longer exist when the message is read.
 #[derive(Message, Clone, Copy, Debug, PartialEq)]
 pub enum FieldZoneEvent {
-    /// A body entered the region, or the field began around it.
+    /// A body entered the region, or was inside of it when the field began.
     Entered {
         /// The entity with the [`ForceField`](crate::ForceField).
         field: Entity,
@@ -29,9 +29,9 @@ pub enum FieldZoneEvent {
     },
 }
 
-/// A contact that a contact field found began or ended.
+/// A contact found by a contact field began or ended.
 ///
-/// Sent while [`contact_events`](crate::RapierFieldsSettings::contact_events) is on. Entities may be gone by the time that
+/// Sent while [`contact_events`](crate::RapierFieldsSettings::contact_events) is on. Entities may no longer exist when
 /// the message is read.
 #[derive(Message, Clone, Copy, Debug, PartialEq)]
 pub enum FieldContactEvent {
@@ -41,7 +41,7 @@ pub enum FieldContactEvent {
         colliders: [Entity; 2],
         /// Simulated time of the context in seconds: of the first touch if it is known, else of the end of the step.
         time: f64,
-        /// The impulse that the second one's body got in this contact; zero if the fields did not answer.
+        /// The impulse on the body of the second collider in this contact; zero if the fields did not answer it.
         impulse: Vec3,
     },
     /// Two colliders no longer touch at the end of a step, or one of them was removed.

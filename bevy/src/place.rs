@@ -15,7 +15,7 @@ use crate::force_field::ForceField;
 pub(crate) struct Spot {
     /// The anchor of contact fields.
     pub contacts: Anchor,
-    /// The anchor of all others. It is the same frame, but as a pose in the world where no body carries it, which is faster.
+    /// The anchor of all other fields: the same frame, but a pose in the world if no body carries it, which is faster.
     pub others: Anchor,
     pub zone: Option<SharedShape>,
 }
@@ -39,7 +39,7 @@ impl RapierContextFields {
         }
     }
 
-    /// Removes the fields of all other entities.
+    /// Removes the fields of all entities that are not kept.
     pub(crate) fn keep(&mut self, is_kept: impl Fn(Entity) -> bool) {
         self.refused.retain(|entity, _| is_kept(*entity));
         let set = &mut self.fields.set;
@@ -52,8 +52,8 @@ impl RapierContextFields {
         });
     }
 
-    /// Places the fields of an entity, or what has changed of them. If they are not valid, nothing changes, and they are
-    /// not tried again before they are changed or moved.
+    /// Inserts the fields of an entity into the set, or updates them. If they are not valid, nothing changes, and they
+    /// are not tried again before they are changed or moved.
     pub(crate) fn place(
         &mut self,
         entity: Entity,
@@ -118,7 +118,7 @@ impl Spot {
         same_zone && self.contacts == other.contacts && self.others == other.others
     }
 
-    /// A field of the entity as it is in the set.
+    /// A field of the entity as it enters the set.
     fn place(&self, field: &Field) -> Field {
         let mut leaf = field.clone();
         let Anchor::World { local_pose } = field.anchor else {
@@ -157,7 +157,7 @@ fn insert(
     Ok((tree, leaves.collect()))
 }
 
-/// Changes fields in place, unless one of them is not valid. Those whose time is over stay away.
+/// Changes fields in place, unless one of them is not valid. Fields whose lifetime is over are not inserted again.
 fn edit(
     set: &mut FieldSet,
     leaves: &mut [(FieldHandle, Lifetime)],
@@ -172,7 +172,7 @@ fn edit(
             continue;
         };
         if field.lifetime == *lifetime {
-            // The set counts its steps down.
+            // The set counts down the steps of its own copy.
             field.lifetime = leaf.lifetime;
         }
         before.push((*handle, std::mem::replace(leaf, field)));

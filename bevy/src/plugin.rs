@@ -18,14 +18,14 @@ use crate::messages::{FieldContactEvent, FieldZoneEvent};
 use crate::settings::RapierFieldsSettings;
 use crate::{step, sync};
 
-/// The systems that bring the fields of contexts in line with components. They run after Rapier's set
-/// `PhysicsSet::SyncBackend`, and before its steps.
+/// The set of the systems that update the fields of contexts from components. It runs after Rapier's set
+/// `PhysicsSet::SyncBackend`, and before `PhysicsSet::StepSimulation`.
 #[derive(SystemSet, Debug, Hash, PartialEq, Eq, Clone)]
 pub struct FieldsSync;
 
-/// Rapier with force fields: add it in place of `RapierPhysicsPlugin`, which it adds itself, without Rapier's system that
-/// steps. Its own makes the same steps in all of the `TimestepMode`s, with the fields around each of them, the hooks of
-/// the app, and all messages.
+/// Rapier with force fields. Add it in place of `RapierPhysicsPlugin`: it adds that plugin itself, without the system
+/// that steps. A system of its own makes the same steps in each `TimestepMode`, lets the fields act in each step, calls
+/// the hooks of the app, and sends all messages.
 ///
 /// ```no_run
 /// use bevy::prelude::*;
@@ -41,7 +41,7 @@ pub struct FieldsSync;
 ///     .run();
 /// ```
 ///
-/// In a frame of several steps, Rapier's `SimulationStepStats` are those of the last one.
+/// In a frame of several steps, Rapier's `SimulationStepStats` are those of the last step.
 pub struct RapierFieldsPlugin<Hooks = ()> {
     schedule: Interned<dyn ScheduleLabel>,
     rapier: fn(RapierPhysicsPlugin<Hooks>) -> RapierPhysicsPlugin<Hooks>,
@@ -70,7 +70,7 @@ impl<Hooks> RapierFieldsPlugin<Hooks> {
         self
     }
 
-    /// Sets up Rapier's plugin before it is added: its length unit, its contexts. The schedule is that of this plugin.
+    /// Configures Rapier's plugin before it is added: length unit, contexts. Its schedule is that of this plugin.
     ///
     /// ```
     /// use bevy_rapier3d::prelude::*;

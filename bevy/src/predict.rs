@@ -9,7 +9,7 @@ use rapier3d_fields::{Prediction, StepError};
 
 use crate::context::RapierContextFields;
 
-/// Predicts the paths of bodies, by a copy of their context that is stepped ahead.
+/// A system parameter that predicts the paths of bodies, by stepping a copy of their context.
 ///
 /// ```
 /// use bevy::prelude::*;
@@ -47,13 +47,13 @@ type Context = (
 );
 
 impl PredictFields<'_, '_> {
-    /// The places of a body in the world after each of the next steps; nothing if the entity is no body (yet).
+    /// The poses of a body in the world after each of Rapier's next steps; empty if the entity is not (yet) a body.
     ///
-    /// They are those that the app will come to as long as it changes nothing, and has no hooks: bit for bit, if its
-    /// steps are of equal length. Costs a copy of the context, and each step as much as a real one.
+    /// They are those in the app as long as it changes nothing and has no hooks: bit for bit, if its steps are of equal
+    /// length. The cost is a copy of the context, and that of a real step for each step.
     ///
     /// # Errors
-    /// The fields cannot act; see [`StepError`].
+    /// If the fields cannot act; see [`StepError`].
     pub fn path(&self, body: Entity, steps: usize) -> Result<Vec<Transform>, StepError> {
         let Ok((handle, link)) = self.bodies.get(body) else {
             return Ok(Vec::new());
@@ -72,8 +72,8 @@ impl PredictFields<'_, '_> {
 
     /// A copy of a context with its fields, to be stepped, pushed and edited; `None` if there is no such context.
     ///
-    /// Its time step is that of Rapier's steps in the app. With a `Variable` mode it is that of the last frame, or the
-    /// longest one if that had no length.
+    /// Its time step is that of Rapier's steps in the app. In the mode `Variable` it is that of the last frame, or the
+    /// longest one if the last frame had no length.
     pub fn copy(&self, context: Entity) -> Option<Prediction> {
         let (simulation, colliders, joints, bodies, configuration, fields) =
             self.contexts.get(context).ok()?;

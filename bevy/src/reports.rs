@@ -25,21 +25,21 @@ pub(crate) struct FieldMessages<'w> {
     contacts: MessageWriter<'w, FieldContactEvent>,
 }
 
-/// Finds the entities of what events name by handles.
+/// Finds the entities of the handles in events.
 pub(crate) struct Entities<'a> {
-    /// The context, to which fields belong that are of no entity.
+    /// The entity of the context, to which fields that belong to no other entity are attributed.
     pub context: Entity,
     pub owners: &'a HashMap<FieldHandle, Entity>,
     pub bodies: &'a RapierRigidBodySet,
     pub colliders: &'a RapierContextColliders,
 }
 
-/// The channels of a context, and what was reported.
+/// The channels of a context, and what has been reported.
 #[derive(Default)]
 pub(crate) struct Reports {
     zones: Option<Mutex<Receiver<ZoneEvent>>>,
     contacts: Option<Mutex<Receiver<ContactEvent>>>,
-    /// The entities of each field and body of which only the entrance was reported: they may be gone when it leaves.
+    /// The entities of each field and a body inside of it: they may no longer exist when `Left` is sent.
     inside: HashMap<(FieldHandle, RigidBodyHandle), [Entity; 2]>,
     touching: HashMap<[ColliderHandle; 2], [Entity; 2]>,
     error: Option<String>,
@@ -134,7 +134,7 @@ impl Reports {
         }
     }
 
-    /// Logs an error, unless it is that of the last step.
+    /// Logs an error, unless it is the same as in the last step.
     pub fn log_error(&mut self, context: Entity, error: &StepError) {
         let text = error.to_string();
         if self.error.as_ref() != Some(&text) {

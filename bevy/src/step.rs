@@ -36,7 +36,7 @@ pub(crate) struct Context {
     fields: &'static mut RapierContextFields,
 }
 
-/// Writers of Rapier's own messages and of those of fields, and marks on what Rapier disabled.
+/// Writers of Rapier's messages and of those of fields, and the commands that mark what Rapier disabled.
 #[derive(SystemParam)]
 pub(crate) struct Outlets<'w, 's> {
     commands: Commands<'w, 's>,
@@ -112,7 +112,7 @@ impl ContextItem<'_, '_> {
         }
     }
 
-    /// One step of Rapier's, with the fields around it.
+    /// One of Rapier's steps, with the fields around it.
     fn step(
         &mut self,
         dt: f32,
@@ -144,7 +144,7 @@ impl ContextItem<'_, '_> {
         time: &Time,
         outlets: &mut Outlets<'_, '_>,
     ) {
-        // With one step of a fixed length a call, `bevy_rapier3d` keeps no time of its own.
+        // With one step of fixed length per call, `bevy_rapier3d` keeps no time of its own.
         let mode = TimestepMode::Fixed { dt, substeps: 1 };
         self.simulation.step_simulation(
             &mut self.colliders,
@@ -189,7 +189,7 @@ impl ContextItem<'_, '_> {
         (&mut *self.fields, world)
     }
 
-    /// Lets bodies that are drawn between two steps begin where they are.
+    /// Starts the interpolation of bodies at their current poses.
     fn start_interpolations(&self, interpolations: &mut Interpolations<'_, '_>) {
         for (handle, mut interpolation) in interpolations {
             if let Some(body) = self.bodies.bodies.get(handle.0) {
@@ -199,13 +199,13 @@ impl ContextItem<'_, '_> {
         }
     }
 
-    /// Moves the colliders of bodies that the app moved, where no step does.
+    /// Moves the colliders of bodies that the app moved, if no step does.
     fn follow_bodies(&mut self) {
         let bodies = &*self.bodies;
         bodies.propagate_modified_body_positions_to_colliders(&mut self.colliders);
     }
 
-    /// Marks what Rapier's step disabled, so that the app enables it again by removing the mark.
+    /// Marks what Rapier's step disabled. The app enables it again by removing the mark.
     fn mark_disabled(&self, commands: &mut Commands<'_, '_>) {
         let quarantine = self.simulation.pipeline.quarantine();
         let bodies = quarantine.bodies().iter();
@@ -222,7 +222,7 @@ impl ContextItem<'_, '_> {
         }
     }
 
-    /// Sends what the steps of a frame had to tell.
+    /// Sends the messages of the steps of a frame.
     fn report(&mut self, outlets: &mut Outlets<'_, '_>) {
         let quarantines = &mut outlets.quarantines;
         self.simulation

@@ -1,4 +1,4 @@
-//! Brings the fields of contexts in line with the components of entities, before Rapier's steps.
+//! Updates the fields of contexts from the components of entities, before Rapier's steps.
 
 use std::error::Error;
 
@@ -15,7 +15,7 @@ use crate::force_field::ForceField;
 use crate::place::Spot;
 use crate::settings::RapierFieldsSettings;
 
-/// Takes changed settings over to all contexts, and all settings to new contexts.
+/// Copies changed settings to all contexts, and the current settings to new contexts.
 pub(crate) fn sync_settings(
     settings: Res<RapierFieldsSettings>,
     mut contexts: Query<(Entity, &mut RapierContextFields)>,
@@ -30,7 +30,7 @@ pub(crate) fn sync_settings(
             Ok(()) => context.settings = settings.fields.clone(),
             Err(error) => log::error!("the settings of fields are refused: {error}"),
         }
-        // An axis may be declared now that was not before.
+        // Refused fields may read an axis that is declared now.
         context.refused.clear();
         context.listen(settings.zone_events, settings.contact_events);
         for (name, value) in &settings.axes {
@@ -52,7 +52,7 @@ fn set_axis(set: &mut FieldSet, name: &str, value: f32) -> Result<(), Box<dyn Er
     Ok(())
 }
 
-/// An error if the settings are not valid, by fields that have nothing else.
+/// Returns an error if the settings are not valid, by making fields of an empty set with them.
 fn check(settings: &FieldSettings) -> Result<(), StepError> {
     let (set, state) = (FieldSet::new(), FieldState::default());
     Fields::from_parts(set, settings.clone(), state).map(drop)
@@ -108,7 +108,7 @@ pub(crate) fn sync_force_fields(
     }
 }
 
-/// Hands the properties of colliders to their contexts.
+/// Copies the properties of colliders to the fields of their contexts.
 pub(crate) fn sync_properties(
     entities: Query<(Entity, Ref<FieldProperties>, &RapierColliderHandle)>,
     carriers: Carriers,
@@ -144,7 +144,7 @@ pub(crate) fn sync_properties(
     }
 }
 
-/// Hands the samplings of bodies to their contexts.
+/// Copies the samplings of bodies to the fields of their contexts.
 pub(crate) fn sync_samplings(
     entities: Query<(Entity, Ref<FieldSampling>, &RapierRigidBodyHandle)>,
     carriers: Carriers,
@@ -172,7 +172,7 @@ pub(crate) fn sync_samplings(
     }
 }
 
-/// Takes the entities out of a list that do not have their handle any more, and returns these handles.
+/// Removes the entities whose handle has changed from a list, and returns their old handles.
 fn take_stale<H: Copy + PartialEq>(
     list: &mut EntityHashMap<H>,
     now: impl Fn(Entity) -> Option<H>,

@@ -1,9 +1,9 @@
-//! Changes in mid-flight: spawned, despawned, edited, moved away.
+//! Changes while an app runs: fields are spawned, despawned, edited and moved.
 
 use crate::support::*;
 
 #[test]
-fn a_field_acts_while_its_entity_is_there() {
+fn a_field_acts_while_its_entity_exists() {
     let mut app = app(fixed());
     let body = app.world_mut().spawn(ball(Vec3::ZERO)).id();
     frames(&mut app, 5);
@@ -19,7 +19,7 @@ fn a_field_acts_while_its_entity_is_there() {
 }
 
 #[test]
-fn a_removed_component_takes_its_fields_along() {
+fn removing_a_component_removes_its_fields() {
     let mut app = app(fixed());
     let body = app.world_mut().spawn(ball(Vec3::ZERO)).id();
     let field = app
@@ -39,7 +39,7 @@ fn a_removed_component_takes_its_fields_along() {
 }
 
 #[test]
-fn edits_count_from_the_next_step_on() {
+fn edits_take_effect_in_the_next_step() {
     let mut app = app(fixed());
     let wind = Field::uniform(Vec3::X).named("wind");
     let lee = Field::uniform(Vec3::ZERO)
@@ -76,7 +76,7 @@ fn edits_count_from_the_next_step_on() {
 }
 
 #[test]
-fn a_field_loses_its_body_and_finds_another() {
+fn a_field_moves_to_another_body_and_goes_with_it() {
     let mut app = app(fixed());
     let push = Field::uniform(Vec3::Z)
         .within(Region::ball(0.5))
@@ -95,7 +95,7 @@ fn a_field_loses_its_body_and_finds_another() {
     for body in bodies {
         assert_near(velocity(&mut app, body), Vec3::Z * DT, 1e-6);
     }
-    // The body goes, and the child with it.
+    // The child is despawned with its body.
     app.world_mut().despawn(carriers[1]);
     frames(&mut app, 3);
     for body in bodies {
@@ -104,7 +104,7 @@ fn a_field_loses_its_body_and_finds_another() {
 }
 
 #[test]
-fn fields_with_a_number_of_steps_end_and_edits_do_not_begin_them_anew() {
+fn edits_do_not_restart_the_lifetime_of_a_field() {
     let mut app = app(fixed());
     let kick = Field::uniform(Vec3::X)
         .lifetime(bevy_rapier3d_fields::fields::Lifetime::steps(4))
@@ -122,7 +122,7 @@ fn fields_with_a_number_of_steps_end_and_edits_do_not_begin_them_anew() {
 }
 
 #[test]
-fn settings_are_a_resource() {
+fn settings_of_the_resource_reach_the_context() {
     let mut app = app(fixed());
     app.world_mut().spawn(ForceField::new(Field::spring(4.0)));
     let body = app.world_mut().spawn(ball(Vec3::X)).id();
@@ -138,7 +138,7 @@ fn settings_are_a_resource() {
         .get::<RapierContextFields>(context)
         .expect("it has fields");
     assert_eq!(fields.settings.scheme, Scheme::Forward4);
-    // ω is 2, and of Rapier's two first frames nothing is seen at this tolerance.
+    // ω is 2. The two frames with the other scheme have no visible effect at this tolerance.
     let expected = (2.0 * 190.0 * DT).cos();
     assert!((place(&app, body).x - expected).abs() < 2e-3);
 }

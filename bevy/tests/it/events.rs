@@ -32,7 +32,7 @@ fn hearing(mode: TimestepMode) -> App {
 }
 
 #[test]
-fn who_enters_and_leaves_a_zone_is_told_with_the_time() {
+fn zone_messages_name_the_field_the_body_and_the_time() {
     for substeps in [1, 4] {
         let mut app = hearing(TimestepMode::Fixed { dt: DT, substeps });
         let zone = Field::uniform(Vec3::ZERO)
@@ -70,7 +70,7 @@ fn who_enters_and_leaves_a_zone_is_told_with_the_time() {
 }
 
 #[test]
-fn what_is_despawned_in_a_zone_leaves_it_under_its_name() {
+fn a_despawned_entity_is_named_in_the_message_that_it_left() {
     for field_goes in [false, true] {
         let mut app = hearing(fixed());
         let zone = Field::uniform(Vec3::ZERO).within(Region::ball(1.0));
@@ -95,7 +95,7 @@ fn what_is_despawned_in_a_zone_leaves_it_under_its_name() {
 }
 
 #[test]
-fn an_edit_in_place_is_no_way_out_of_a_zone() {
+fn an_edit_in_place_sends_no_zone_messages() {
     let mut app = hearing(fixed());
     let zone = Field::uniform(Vec3::ZERO)
         .within(Region::ball(1.0))
@@ -115,7 +115,7 @@ fn an_edit_in_place_is_no_way_out_of_a_zone() {
 }
 
 #[test]
-fn contacts_of_fields_are_told_beside_those_of_rapier() {
+fn contacts_of_fields_are_reported_beside_those_of_rapier() {
     let mut app = hearing(fixed());
     let mut spawn = |x: f32, speed: f32| {
         let field = ForceField::new(Field::contact(ContactLaw::elastic()));
@@ -146,7 +146,7 @@ fn contacts_of_fields_are_told_beside_those_of_rapier() {
 }
 
 #[test]
-fn nothing_is_told_unless_it_is_asked_for() {
+fn no_messages_are_sent_unless_they_are_enabled() {
     let mut app = hearing(fixed());
     app.insert_resource(RapierFieldsSettings::default());
     let zone = Field::uniform(Vec3::ZERO).within(Region::ball(1.0));

@@ -11,7 +11,7 @@ fn a_field_without_a_body_is_where_its_transform_is() {
         .within(Region::ball(1.0))
         .at(Vec3::X * 2.0);
     let field = app.world_mut().spawn((ForceField::new(push), at)).id();
-    // Two along the turned x axis.
+    // At a distance of 2 along the turned x axis.
     let near = app.world_mut().spawn(ball(Vec3::new(5.0, 2.0, 0.0))).id();
     let far = app.world_mut().spawn(ball(Vec3::new(7.0, 0.0, 0.0))).id();
     app.update();
@@ -63,7 +63,7 @@ fn a_field_on_a_body_moves_with_it_and_does_not_push_it() {
                 .entity_mut(carrier)
                 .insert(ForceField::new(push));
         }
-        // It is passed for one length unit, in a sixth of a second.
+        // The field passes over the ball in a sixth of a second, over one length unit.
         let passed = app.world_mut().spawn(ball(Vec3::new(3.0, 1.0, 0.0))).id();
         frames(&mut app, 60);
         let speed = velocity(&mut app, passed);
@@ -118,7 +118,7 @@ fn charges_and_samplings_are_components() {
 }
 
 #[test]
-fn axes_of_ones_own_are_settings() {
+fn user_defined_axes_are_settings() {
     let mut app = app(fixed());
     let settings = RapierFieldsSettings {
         axes: vec![("heat".into(), 3.0)],

@@ -1,4 +1,4 @@
-//! The app's hooks act as without fields.
+//! The hooks of the app act as they do without fields.
 
 use bevy::ecs::system::SystemParam;
 use bevy_rapier3d::rapier::geometry::SolverFlags;
@@ -20,7 +20,7 @@ impl BevyPhysicsHooks for Ghosts<'_, '_> {
 }
 
 #[test]
-fn hooks_of_the_app_take_contacts_from_fields_and_from_rapier() {
+fn hooks_of_the_app_filter_contacts_of_fields_and_of_rapier() {
     for answered_by_fields in [false, true] {
         let mut app = app_with(fixed(), RapierFieldsPlugin::<Ghosts>::default());
         let floor = (

@@ -6,7 +6,7 @@ use log::{Log, Metadata, Record};
 
 use crate::support::*;
 
-/// All lines that tests of this program have logged.
+/// All lines that tests in this process have logged.
 static LINES: Mutex<Vec<String>> = Mutex::new(Vec::new());
 
 struct Kept;
@@ -26,7 +26,7 @@ impl Log for Kept {
     fn flush(&self) {}
 }
 
-/// The number of lines since the last call in which all parts occur.
+/// The number of lines logged so far in which all parts occur.
 fn lines(parts: &[&str]) -> usize {
     let lines = LINES.lock().expect("no thread panics with it");
     let has_all = |line: &&String| parts.iter().all(|part| line.contains(part));
@@ -39,7 +39,7 @@ fn errors_name_the_entity_and_warnings_do_not_repeat() {
     log::set_max_level(log::LevelFilter::Warn);
 
     let mut first = app(fixed());
-    // So that no other test has an entity of this name.
+    // Entities that make the id below unique among all tests.
     for _ in 0..1_000 {
         first.world_mut().spawn_empty();
     }

@@ -1,4 +1,4 @@
-//! All modes of steps: the fields act in each of Rapier's steps, for the time that it takes.
+//! All `TimestepMode`s: the fields act in each of Rapier's steps, for the length of the step.
 
 use bevy_rapier3d::rapier::prelude::{ColliderBuilder, PhysicsWorld, RigidBodyBuilder};
 
@@ -40,7 +40,7 @@ fn a_uniform_force_gives_its_velocity_in_all_modes() {
         };
         let expected = 2.0 * steps * DT;
         let found = velocity(&mut app, body);
-        // Interpolated steps may be one behind or ahead of a clock that rounds.
+        // In this mode, roundings of the clock may put physics one step behind or ahead.
         let slack = if matches!(mode, TimestepMode::Interpolated { .. }) {
             2.1 * DT
         } else {
@@ -50,7 +50,7 @@ fn a_uniform_force_gives_its_velocity_in_all_modes() {
     }
 }
 
-/// Boxes that fall on a floor, drawn between steps.
+/// Boxes that fall on a floor, with interpolated transforms.
 fn falling(mode: TimestepMode, plugin: impl Plugin) -> (App, Vec<Entity>) {
     let mut app = app_with(mode, plugin);
     let floor = (
@@ -64,7 +64,7 @@ fn falling(mode: TimestepMode, plugin: impl Plugin) -> (App, Vec<Entity>) {
         let body = (RigidBody::Dynamic, Collider::cuboid(0.3, 0.2, 0.25), at);
         let speed = Velocity::linear(Vec3::NEG_Y * 3.0);
         let bounce = Restitution::coefficient(0.4);
-        // The same components for all: with several kinds, their order in Rapier is not the same in all apps.
+        // All have the same components: otherwise the order of their insertion into Rapier differs from app to app.
         let drawn = TransformInterpolation::default();
         app.world_mut().spawn((body, speed, bounce, drawn)).id()
     });
@@ -73,7 +73,7 @@ fn falling(mode: TimestepMode, plugin: impl Plugin) -> (App, Vec<Entity>) {
 }
 
 #[test]
-fn without_fields_all_frames_are_those_of_rapiers_own_plugin() {
+fn without_fields_all_frames_equal_those_of_rapiers_own_plugin() {
     let slow = |time_scale| TimestepMode::Interpolated {
         dt: DT,
         time_scale,
@@ -109,7 +109,7 @@ fn without_fields_all_frames_are_those_of_rapiers_own_plugin() {
 }
 
 #[test]
-fn frames_of_uneven_length_orbit_as_even_ones_do() {
+fn an_orbit_stays_circular_in_frames_of_uneven_length() {
     for substeps in [1, 2] {
         let mut app = app(TimestepMode::Variable {
             max_dt: 1.0,
@@ -164,7 +164,7 @@ fn interpolated_steps_follow_the_clock_in_slow_and_fast_frames() {
 }
 
 #[test]
-fn fixed_steps_are_those_of_the_crate_without_bevy_bit_for_bit() {
+fn fixed_steps_equal_those_of_the_crate_without_bevy_bit_for_bit() {
     for substeps in [1, 2] {
         let planet = || Field::point_gravity(9.0).softened(0.1);
         let wind = || {
@@ -235,7 +235,7 @@ fn fixed_steps_are_those_of_the_crate_without_bevy_bit_for_bit() {
 }
 
 #[test]
-fn what_is_inactive_or_detects_only_does_not_move() {
+fn no_force_acts_in_a_context_that_is_inactive_or_only_detects_collisions() {
     for only_detects in [false, true] {
         let mut app = app(fixed());
         app.world_mut()

@@ -1,4 +1,4 @@
-//! Input that is not valid is refused, and nothing is lost.
+//! Input that is not valid is refused, and the previous state stays.
 
 use bevy_rapier3d::rapier::prelude::RigidBodyHandle;
 
@@ -50,7 +50,7 @@ fn properties_that_are_not_valid_are_refused() {
 }
 
 #[test]
-fn a_field_at_a_body_that_is_not_there_is_nowhere() {
+fn a_field_at_a_body_that_does_not_exist_does_not_act() {
     let mut app = app(fixed());
     let field = Field::uniform(Vec3::X).at(RigidBodyHandle::from_raw_parts(99, 0));
     app.world_mut().spawn(ForceField::new(field));

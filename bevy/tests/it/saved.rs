@@ -21,7 +21,7 @@ fn again<T: Reflect + FromReflect>(value: &T, registry: &TypeRegistry) -> T {
 }
 
 #[test]
-fn components_come_back_by_reflection() {
+fn components_are_saved_and_read_by_reflection() {
     let mut app = app(fixed());
     let registry = app.world().resource::<AppTypeRegistry>().clone();
     let registry = registry.read();

@@ -24,7 +24,7 @@ fn shaken() -> (App, Entity) {
 }
 
 #[test]
-fn a_predicted_path_is_the_one_that_is_taken() {
+fn a_predicted_path_is_the_one_in_the_app() {
     let (mut app, body) = shaken();
     let ahead = move |ahead: PredictFields| ahead.path(body, 120).expect("a path");
     let path = app.world_mut().run_system_once(ahead).expect("it runs");
@@ -45,7 +45,7 @@ fn a_predicted_path_is_the_one_that_is_taken() {
 }
 
 #[test]
-fn with_substeps_every_second_place_is_one_that_is_seen() {
+fn with_two_substeps_every_second_predicted_pose_is_that_of_a_frame() {
     let (dt, substeps) = (DT, 2);
     let mut app = app(TimestepMode::Fixed { dt, substeps });
     app.world_mut().spawn(ForceField::new(Field::spring(9.0)));
@@ -60,7 +60,7 @@ fn with_substeps_every_second_place_is_one_that_is_seen() {
 }
 
 #[test]
-fn a_context_that_is_put_back_goes_on_as_before() {
+fn a_restored_context_continues_as_before() {
     let (mut app, body) = shaken();
     let at = context(&mut app);
     let world = app.world();

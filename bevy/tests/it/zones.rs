@@ -39,7 +39,7 @@ fn a_zone_is_as_large_as_its_scaled_collider_and_follows_it() {
 }
 
 #[test]
-fn a_region_of_ones_own_is_cut_down_to_the_collider() {
+fn a_region_of_the_field_is_intersected_with_the_collider() {
     let mut app = app(fixed());
     let field = Field::uniform(Vec3::X)
         .within(Region::ball(1.0))
@@ -75,7 +75,7 @@ fn without_a_collider_there_is_no_zone() {
 }
 
 #[test]
-fn a_zone_goes_where_its_sensor_goes() {
+fn a_zone_follows_its_sensor() {
     let mut app = app(fixed());
     let zone = app
         .world_mut()

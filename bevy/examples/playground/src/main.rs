@@ -1,7 +1,7 @@
 //! A planet, wind, a pool and a magnet, each a field on an entity; the space bar sets off an explosion.
 //!
-//! `cargo run` opens a window. `cargo run -- --picture out.png` draws the scene after ten seconds without
-//! one, by any Vulkan driver, such as Mesa's in software.
+//! `cargo run` opens a window. `cargo run -- --picture out.png` draws the scene after ten seconds without a window, by
+//! any Vulkan driver, such as Mesa's in software.
 
 mod picture;
 mod scene;

@@ -28,14 +28,14 @@ struct Picture {
     frame: u32,
 }
 
-/// Lets an app draw one frame into a file, and end.
+/// Sets up an app to draw one frame into a file, and to exit.
 pub fn draw_into(app: &mut App, file: String) {
     let no_window = WindowPlugin {
         primary_window: None,
         exit_condition: ExitCondition::DontExit,
         ..default()
     };
-    // So that the first frame that is drawn is complete.
+    // Otherwise the first frame that is drawn would be incomplete.
     let renderer = RenderPlugin {
         synchronous_pipeline_compilation: true,
         ..default()

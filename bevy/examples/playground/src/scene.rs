@@ -50,7 +50,7 @@ pub fn camera() -> impl Bundle {
     (Camera3d::default(), Tonemapping::AcesFitted, view)
 }
 
-/// Builds the scene. Rapier's gravity is off: gravity is a field here, which the planet's replaces around it.
+/// Builds the scene. Rapier's gravity is off: here gravity is a field.
 pub fn build(
     mut commands: Commands,
     mut meshes: ResMut<Assets<Mesh>>,
@@ -109,7 +109,7 @@ fn wall(commands: &mut Commands, looks: &Looks, at: Vec3, half_extents: Vec3) {
     commands.spawn((drawn(&looks.cube, &looks.grey, place), collider));
 }
 
-/// The whole of gravity is one tree: that of the planet replaces the other around it. Moons circle the planet.
+/// Gravity is one tree: around the planet, its gravity replaces the uniform one. Moons circle the planet.
 fn spawn_gravity(commands: &mut Commands, looks: &Looks) {
     let down = Field::gravity_zone(Vec3::Y * -9.81, Region::everywhere());
     let planet = Field::point_gravity(20.0)
@@ -135,7 +135,7 @@ fn spawn_gravity(commands: &mut Commands, looks: &Looks) {
     }
 }
 
-/// Water in a basin: what is lighter floats.
+/// Water in a basin, in which lighter bodies float.
 fn spawn_pool(commands: &mut Commands, looks: &Looks) {
     let half_extents = Vec3::new(2.5, 1.0, 2.5);
     let water = Tree::pool(Vec3::Y, half_extents, 1.0, 9.81, 3.0);
@@ -150,7 +150,7 @@ fn spawn_pool(commands: &mut Commands, looks: &Looks) {
         let [x, z] = [number % 4, number / 4].map(f32::from);
         let place = POOL + Vec3::new(x - 1.5, 2.0 + 0.3 * x, z - 1.0);
         let place = Transform::from_translation(place).with_scale(Vec3::splat(0.35));
-        // Every third sinks.
+        // Every third cube sinks.
         let density = if number % 3 == 0 { 2.0 } else { 0.2 + 0.1 * z };
         let material = if number % 3 == 0 {
             &looks.grey
@@ -166,7 +166,7 @@ fn spawn_pool(commands: &mut Commands, looks: &Looks) {
 /// An updraft in the shape of a sensor, in which light balls hover.
 fn spawn_wind(commands: &mut Commands, looks: &Looks) {
     let shape = (Collider::cylinder(2.5, 1.5), Sensor, WithinCollider);
-    // It carries what falls at the speed of the wind.
+    // It carries bodies whose terminal velocity is the speed of the wind.
     let wind = ForceField::new(Field::wind(Vec3::Y * 10.0, 0.0, 0.01));
     commands.spawn((shape, wind, Transform::from_translation(WIND)));
     for number in 0..9_u8 {
@@ -198,7 +198,7 @@ fn spawn_magnet(commands: &mut Commands, looks: &Looks) {
     }
 }
 
-/// Seconds that an entity has left.
+/// Seconds until an entity is despawned.
 #[derive(Component)]
 pub struct Fading(f32);
 
@@ -208,7 +208,7 @@ pub fn explode(commands: &mut Commands) {
     commands.spawn((bang, Fading(0.1), Transform::from_translation(MIDDLE)));
 }
 
-/// Takes away what has faded.
+/// Despawns entities whose time is over.
 pub fn fade(mut commands: Commands, time: Res<Time>, mut fading: Query<(Entity, &mut Fading)>) {
     for (entity, mut left) in &mut fading {
         left.0 -= time.delta_secs();
