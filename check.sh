@@ -1,18 +1,18 @@
 #!/usr/bin/env bash
-# What CI runs, whole. Each step says which failure it is there for.
+# All that CI runs. The name of each step says what it checks.
 set -euo pipefail
 cd "$(dirname "$0")"
 
-# The same random cases each time, so that what fails is what was changed.
+# The same random cases each time, so that a new failure comes from a change of the code.
 export PROPTEST_RNG_SEED=20250
 export CARGO_TARGET_DIR="${CARGO_TARGET_DIR:-$PWD/target}"
-# Nobody debugs what is built here.
+# Builds of this script are not debugged.
 export CARGO_PROFILE_DEV_DEBUG=0 CARGO_INCREMENTAL=0
 
 step() { printf '\n== %s (%d s)\n' "$1" "$SECONDS"; }
 
-# Some steps need more than a Rust toolchain. They end with code 77 where that is not installed, and are
-# skipped, in so many words; but fail if CHECK_HAS (a list of names) says that it is.
+# Some steps need more than a Rust toolchain. They end with code 77 where that is not installed, and are then reported
+# as skipped; but if CHECK_HAS (a list of names) contains their name, they fail.
 skipped=()
 optional() { # NAME, COMMAND
     local code=0
@@ -33,21 +33,21 @@ step "lints, on every target"
 cargo clippy --workspace --all-targets -- -D warnings
 
 step "each combination of features that Rapier allows"
-# In vain with a precision missing: then the first error must say so.
+# Without a precision the build must fail, and the first error must say why.
 missing=$(cargo check --quiet --package rapier3d-fields --lib --no-default-features 2>&1 || true)
 grep -q 'the precision is missing' <<< "$missing"
 features() { # PACKAGE, FEATURES
     echo "$1: $2"
     cargo clippy --quiet --package "$1" --lib --no-default-features --features "$2" -- -D warnings
 }
-# Of Rapier's own, which are only passed through, each once, beside what it goes with; the lints
-# above had `schemars`.
+# Rapier's own features, which are only passed through, appear once each, beside those that they go with. The lints
+# above cover `schemars`.
 for each in "" expression serde-serialize tracing \
     parallel,enhanced-determinism,debug-render,serde-serialize,expression \
     simd8,parallel,debug-render,serde-serialize,expression; do
     features rapier3d-fields "f32,$each"
 done
-# The other precision is the same source.
+# The other precision has the same sources.
 features rapier3d-fields-f64 f64,parallel,enhanced-determinism,debug-render,serde-serialize,expression
 
 step "documentation without broken links, private items included"
@@ -82,14 +82,14 @@ now=$(git stash create)
 git archive "${now:-HEAD}" | tar -x -C "$clean"
 (
     cd "$clean"
-    # By itself, then in place of the folder that is no package, so that satellites find it.
+    # By itself, then in place of the folder f64/, which is no package by itself, so that dependents find it.
     f64/package.sh "$clean/alone" -- --quiet --no-verify
     rm -r f64
     mv alone f64
     sed -i '/^\[workspace/,/^$/d' f64/Cargo.toml
     packages=(rapier3d-fields rapier3d-fields-f64 rapier3d-fields-scene)
     cargo package --quiet --allow-dirty --no-verify --target-dir packed "${packages[@]/#/--package=}"
-    # Unpacked, and in place of those in the registry.
+    # Unpacked, and used in place of those in the registry.
     cd packed/package
     {
         printf '[workspace]\nmembers = ["rapier3d-fields*"]\nresolver = "3"\n[patch.crates-io]\n'
@@ -103,7 +103,7 @@ git archive "${now:-HEAD}" | tar -x -C "$clean"
 )
 
 step "the plugin for Bevy"
-# Bevy asks for a newer Rust than it needs.
+# Bevy declares a newer Rust version than it needs.
 (cd bevy && cargo fmt --check && cargo test --quiet --ignore-rust-version)
 
 step "the example ammonia, briefly"

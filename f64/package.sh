@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Makes `rapier3d-fields-f64` a package by itself, which it is not here: its sources are those of
-# the package above. Copies them beside its manifest into a folder, and packages there.
+# Makes `rapier3d-fields-f64` a package by itself. In this folder it is none, since its sources are those of the package
+# above. Copies them and the manifest into another folder, and packages there.
 #
 # Usage: f64/package.sh [FOLDER] [-- OPTIONS OF cargo package]
 # To publish: cargo publish --manifest-path FOLDER/Cargo.toml
@@ -17,8 +17,8 @@ fi
 rm -rf "$folder"
 mkdir -p "$folder"
 cp -R "$root"/{src,docs,README.md,ARCHITECTURE.md,CHANGELOG.md,LICENSE-APACHE,LICENSE-MIT,Cargo.lock} "$folder"
-# A workspace of its own, with the same fields for its package; its own paths instead of those above it;
-# without the tests, and what they need.
+# A workspace of its own, with the same [workspace.package]; paths within the folder instead of those above it; without
+# tests and their dependencies.
 {
     printf '[workspace]\n\n'
     sed -n '/^\[workspace.package\]/,/^$/p' "$root/Cargo.toml"
@@ -34,5 +34,5 @@ if grep -n '\.\./' "$folder/Cargo.toml"; then
     exit 1
 fi
 cd "$folder"
-# Prepared here, so nothing in it is under version control.
+# The folder was made by this script, so it is not under version control.
 cargo package --allow-dirty "$@"
