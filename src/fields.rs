@@ -153,7 +153,7 @@ impl Fields {
     /// between steps enters at the start of the next one.
     ///
     /// Costs a test of each body against each zone in each step; nothing without a channel. The bodies inside are part
-    /// of the [state](crate::FieldState).
+    /// of the [state](crate::pipeline::FieldState).
     ///
     /// ```
     /// use rapier3d_fields::prelude::*;

@@ -4,9 +4,9 @@ use std::collections::HashMap;
 
 use bevy::ecs::entity::EntityHashMap;
 use bevy::prelude::*;
+use rapier3d_fields::pipeline::{FieldSettings, FieldState};
 use rapier3d_fields::rapier::prelude::{ColliderHandle, RigidBodyHandle};
 use rapier3d_fields::{FieldHandle, FieldSet, Fields};
-use rapier3d_fields::pipeline::{FieldSettings, FieldState};
 
 use crate::place::{PlacedField, Spot};
 use crate::reports::Reports;

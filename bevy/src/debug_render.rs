@@ -2,9 +2,9 @@
 
 use bevy::prelude::*;
 use bevy_rapier3d::prelude::{PhysicsSet, RapierContextColliders, RapierRigidBodySet};
-use rapier3d_fields::rapier::prelude::{DebugColor, DebugRenderBackend, DebugRenderObject, Vector};
 use rapier3d_fields::WorldRef;
 use rapier3d_fields::debug_render::FieldDebugRenderPipeline;
+use rapier3d_fields::rapier::prelude::{DebugColor, DebugRenderBackend, DebugRenderObject, Vector};
 
 use crate::context::RapierContextFields;
 

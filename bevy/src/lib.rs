@@ -38,7 +38,10 @@ pub mod prelude {
     };
     #[cfg(feature = "debug-render")]
     pub use crate::{FieldGizmos, FieldsDebugRender, RapierFieldsDebugRenderPlugin};
-    pub use rapier3d_fields::{Anchor, ColliderProperties, ContactLaw, Coupling, Detection, FaultPolicy, Field, ForceMode, Layer, Operator, Region, Responder, Sample, Sampling, Scheme, Substeps, Tree, WakePolicy};
     pub use rapier3d_fields::cross_check::CrossCheck;
     pub use rapier3d_fields::pipeline::FieldSettings;
+    pub use rapier3d_fields::{
+        Anchor, ColliderProperties, ContactLaw, Coupling, Detection, FaultPolicy, Field, ForceMode,
+        Layer, Operator, Region, Responder, Sample, Sampling, Scheme, Substeps, Tree, WakePolicy,
+    };
 }

@@ -8,10 +8,10 @@ use std::sync::{Mutex, PoisonError};
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 use bevy_rapier3d::prelude::{RapierContextColliders, RapierRigidBodySet};
-use rapier3d_fields::rapier::prelude::{ColliderHandle, RigidBodyHandle};
-use rapier3d_fields::{FieldHandle, Fields, StepError, StepWarning};
 use rapier3d_fields::contact::ContactEvent;
 use rapier3d_fields::diagnose::ZoneEvent;
+use rapier3d_fields::rapier::prelude::{ColliderHandle, RigidBodyHandle};
+use rapier3d_fields::{FieldHandle, Fields, StepError, StepWarning};
 
 use crate::messages::{FieldContactEvent, FieldZoneEvent};
 

@@ -5,8 +5,8 @@ use std::error::Error;
 use bevy::ecs::entity::EntityHashMap;
 use bevy::prelude::*;
 use bevy_rapier3d::prelude::{RapierColliderHandle, RapierContextColliders, RapierRigidBodyHandle};
-use rapier3d_fields::{Anchor, Axis, ColliderProperties, FieldSet, Fields, Sampling, StepError};
 use rapier3d_fields::pipeline::{FieldSettings, FieldState};
+use rapier3d_fields::{Anchor, Axis, ColliderProperties, FieldSet, Fields, Sampling, StepError};
 
 use crate::carrier::{Carrier, Carriers};
 use crate::components::{FieldProperties, FieldSampling, WithinCollider};

@@ -7,7 +7,7 @@ use crate::math::{ColliderHandle, Real, RigidBodyHandle, Vector};
 /// The reason why a step was refused. The world is as it was before the step: bodies of all kinds with the next
 /// positions of kinematic ones, joints, soft bodies, and all flags. Exceptions are [`Unfinished`](Self::Unfinished) and
 /// [`NotTheirs`](Self::NotTheirs). Faults of single bodies ([`NonFinite`](Self::NonFinite),
-/// [`TooFast`](Self::TooFast)) refuse a step only by [`FieldSettings::on_fault`](crate::FieldSettings::on_fault).
+/// [`TooFast`](Self::TooFast)) refuse a step only by [`FieldSettings::on_fault`](crate::pipeline::FieldSettings::on_fault).
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum StepError {

@@ -58,7 +58,7 @@ pub struct NotComparable {
     /// Rapier updated contacts more than once in the step (`max_ccd_substeps` above 1), at poses within it.
     pub ccd_substeps: u64,
     /// Rapier may have reused the contact of an earlier step, because of
-    /// [`let_recycle`](crate::CrossCheck::let_recycle).
+    /// [`let_recycle`](crate::cross_check::CrossCheck::let_recycle).
     pub recycled: u64,
     /// No movable body of the pair was awake: Rapier keeps the contacts from before they fell asleep.
     pub asleep: u64,

@@ -40,7 +40,7 @@ pub struct CrossCheckReport {
     /// The largest difference of depth, normal or point, divided by its band: above one is a disagreement.
     pub worst: Real,
     /// True if Rapier was recycling contacts, which are then up to 0.05 length units out of date. Only with
-    /// [`let_recycle`](crate::CrossCheck::let_recycle).
+    /// [`let_recycle`](crate::cross_check::CrossCheck::let_recycle).
     pub recycling: bool,
     /// True if Rapier may have made more than one pass of continuous detection (`max_ccd_substeps` above 1): its
     /// contacts then belong to poses within the step.

@@ -8,7 +8,7 @@ use crate::rapier::pipeline::DebugColor;
 /// first fields look alike.
 const HUE_STEP: f64 = 137.508;
 
-/// Colours, numbers of points and sizes of the [drawing](crate::FieldDebugRenderPipeline) of fields. Colours are as in
+/// Colours, numbers of points and sizes of the [drawing](crate::debug_render::FieldDebugRenderPipeline) of fields. Colours are as in
 /// Rapier: hue (degrees), saturation, lightness and alpha.
 ///
 /// The *view* is a cube in world space, in which arrows and seeds of stream lines lie. By default it follows the

@@ -14,9 +14,7 @@ use crate::bridge::{WorldRef, is_movable};
 use crate::compile::{Compiled, ConstantField, Ordered, Program, RadialBatch};
 use crate::diagnose::SampledFields;
 use crate::field::region::Region;
-use crate::field::{
-    Anchor, ColliderProperties, Field, FieldSet, ForceMode, Lifetime, Span, Tree,
-};
+use crate::field::{Anchor, ColliderProperties, Field, FieldSet, ForceMode, Lifetime, Span, Tree};
 use crate::math::{Pose, Real, Vector, to_dvec3, to_f64};
 use crate::number::FORCED;
 use crate::rapier::prelude::{ColliderBuilder, PhysicsWorld, RigidBodyBuilder, RigidBodyHandle};

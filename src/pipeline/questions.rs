@@ -31,7 +31,7 @@ pub struct BodySample {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct FieldValue {
-    /// The force on the sample; for [`Fields::at`](crate::Fields::at), on a resting point of unit mass without charge.
+    /// The force on the sample; for [`Fields::values_at`](crate::Fields::values_at), on a resting point of unit mass without charge.
     /// Zero where no field is defined.
     pub force: Vector,
     /// True if any field is defined there, even if the force is zero.
