@@ -11,7 +11,7 @@ pub fn sites(molecules: &[Molecule]) -> impl Iterator<Item = (ColliderHandle, Si
     molecules.iter().flat_map(of_one)
 }
 
-/// Only nitrogens attract and repel by Lennard-Jones: their coordinate along the axis `lj`.
+/// The coordinate along the axis `lj`: Lennard-Jones acts between nitrogens only.
 pub fn dispersion(site: &Site) -> Real {
     if site.name == "N" { 1.0 } else { 0.0 }
 }
@@ -30,7 +30,7 @@ pub fn tree(molecules: &[Molecule], coulomb: f64) -> Tree {
     Tree::fold(Operator::SumUnion, fields)
 }
 
-/// The fields of all atoms, which feel them by their charge and by whether they are nitrogen.
+/// The fields of a tree, with the charge of each atom and its coordinate along `lj`.
 pub fn fields(molecules: &[Molecule], tree: Tree, colliders: &ColliderSet) -> Fields {
     let builder = Fields::builder(tree).axis("lj", 0.0);
     let mut fields = builder.build().expect("a valid tree");

@@ -1,4 +1,4 @@
-//! Small worlds in which things collide, and what their bodies carry, summed in `f64`.
+//! Small worlds in which bodies collide, and their energy and momenta, summed in `f64`.
 
 use rapier3d_fields::math::{DVec3, Real, Vector, from_f64, to_dpose3, to_dvec3, to_f64};
 use rapier3d_fields::prelude::*;
@@ -27,7 +27,7 @@ pub fn arena(dt: Real) -> PhysicsWorld {
     world
 }
 
-/// An [`arena`] in which steps take no time to speak of.
+/// An [`arena`] with steps of negligible length.
 pub fn still_arena() -> PhysicsWorld {
     arena(INSTANT)
 }
@@ -38,14 +38,14 @@ pub fn ball(world: &mut PhysicsWorld, mass: Real, position: Vector, linvel: Vect
     insert_ball(world, body.translation(position), mass)
 }
 
-/// Keeps Rapier's solver, and its alone, from answering the contacts of some things.
+/// Keeps Rapier's solver, but not the fields, from answering the contacts of some things.
 pub fn unsolved(world: &mut PhysicsWorld, things: &[&Thing]) {
     for part in parts(things) {
         world.colliders[part].set_solver_groups(InteractionGroups::none());
     }
 }
 
-/// Keeps Rapier, and it alone, from seeing contacts of a thing.
+/// Keeps Rapier, but not the fields, from detecting the contacts of a thing.
 pub fn unseen(world: &mut PhysicsWorld, thing: &Thing) {
     for part in &thing.parts {
         world.colliders[*part].set_active_collision_types(ActiveCollisionTypes::empty());
@@ -115,7 +115,7 @@ pub fn detect(things: &[&Thing], law: ContactLaw) -> Fields {
     Fields::new(touch(parts(things), law)).expect("a valid tree")
 }
 
-/// The same, beside Rapier.
+/// The same, with the cross-check.
 pub fn cross_checked(things: &[&Thing], law: ContactLaw) -> Fields {
     let builder = Fields::builder(touch(parts(things), law)).cross_check(true);
     builder.build().expect("a valid tree")
@@ -129,7 +129,7 @@ pub fn parts(things: &[&Thing]) -> Vec<ColliderHandle> {
         .collect()
 }
 
-/// Makes a step, and gives the number of contacts at its end.
+/// Steps, and returns the number of contacts.
 #[track_caller]
 pub fn step(fields: &mut Fields, world: &mut PhysicsWorld) -> usize {
     fields.step(world).expect("a step").contacts
@@ -140,14 +140,14 @@ pub fn linvel(world: &PhysicsWorld, thing: &Thing) -> Vector {
     world.bodies[thing.body].linvel()
 }
 
-/// What the dynamic bodies of a world carry together.
+/// Energy and momenta of all dynamic bodies.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Totals {
     pub energy: f64,
     pub momentum: DVec3,
     /// About the origin.
     pub angular_momentum: DVec3,
-    /// Sums of the sizes of what each body carries.
+    /// Sums of the magnitudes of each body's momenta.
     pub momentum_scale: f64,
     pub angular_scale: f64,
 }
@@ -178,15 +178,15 @@ impl Totals {
         self.angular_scale += com.length() * momentum.length() + spin.length();
     }
 
-    /// Fails unless momentum and angular momentum are the same up to `roundings` units in the last
-    /// place of what the bodies carry each.
+    /// Fails unless momentum and angular momentum are the same up to `roundings` units in the last place of their
+    /// scales.
     #[track_caller]
     pub fn assert_momenta_kept(&self, then: &Totals, roundings: f64) {
         self.assert_momentum_kept(then, roundings);
         self.assert_angular_momentum_kept(then, roundings * to_f64(Real::EPSILON));
     }
 
-    /// The angular momentum alone, within a part of the sum of its sizes.
+    /// The angular momentum alone, within a part of its scale.
     #[track_caller]
     pub fn assert_angular_momentum_kept(&self, then: &Totals, part: f64) {
         let angular = self.angular_momentum.distance(then.angular_momentum);
@@ -203,7 +203,7 @@ impl Totals {
         assert_at_most(linear, unit * scale, "momentum");
     }
 
-    /// As [`assert_momenta_kept`](Self::assert_momenta_kept), and the energy too.
+    /// Like [`assert_momenta_kept`](Self::assert_momenta_kept), for the energy as well.
     #[track_caller]
     pub fn assert_kept(&self, then: &Totals, roundings: f64) {
         self.assert_momenta_kept(then, roundings);

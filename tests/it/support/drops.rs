@@ -1,4 +1,4 @@
-//! Bodies that are dropped on grounds, many at once that pass through each other: which fall through?
+//! Bodies dropped on a ground, many at once that pass through each other: which of them fall through the ground?
 
 use rapier3d_fields::math::{Real, from_f64, to_f64};
 use rapier3d_fields::prelude::*;
@@ -6,7 +6,7 @@ use rapier3d_fields::rapier::parry::math::IVector;
 use rapier3d_fields::rapier::parry::utils::Array2;
 use rapier3d_fields::{Detection, StepWarning};
 
-/// What bodies fall on.
+/// The kinds of ground.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Ground {
     Mesh,
@@ -24,7 +24,7 @@ pub enum Carried {
     Led,
 }
 
-/// What falls.
+/// The shapes of falling bodies.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Dropped {
     Ball,
@@ -37,7 +37,7 @@ pub enum Dropped {
     Compound,
 }
 
-/// Who answers contacts; the sides that carry a contact field.
+/// Whether Rapier or fields answer contacts, and the sides that carry a contact field.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Answer {
     Rapier,
@@ -63,7 +63,7 @@ pub struct Drops {
     pub seed: u64,
 }
 
-/// How drops ended.
+/// The end of a run.
 #[derive(Clone, Debug, Default)]
 pub struct Fallen {
     /// The drops that are below the ground, by number.
@@ -112,7 +112,7 @@ impl Random {
 }
 
 impl Ground {
-    /// Returns true if Rapier 0.36.1 can have such bodies on it: on balls on voxels it panics by itself ("stale
+    /// Whether Rapier 0.36.1 can step such bodies on this ground: alone, it panics on balls on voxels ("stale
     /// ContactRef manifold ordinal").
     pub fn bears(self, shape: Dropped) -> bool {
         (self, shape) != (Ground::Voxels, Dropped::Ball)
@@ -213,7 +213,7 @@ impl Dropped {
 }
 
 impl Drops {
-    /// Drops them, and looks for those that are below the ground.
+    /// Drops the bodies, and looks for those that are below the ground.
     pub fn run(&self, answer: Answer) -> Fallen {
         let mut world = PhysicsWorld::new();
         world.gravity = Vector::Y * -9.81;
@@ -233,8 +233,8 @@ impl Drops {
         };
         let ground = match self.carried {
             Carried::Fixed => ground,
-            // Rapier takes the velocity of what is led at its centre of mass, which is far away for an open
-            // mesh: by itself it loses a quarter of all cones. That of what has no mass is its origin.
+            // Rapier takes the velocity of a kinematic body at its centre of mass, which is far away for an open mesh:
+            // alone it loses a quarter of all cones. Without mass, the centre is the origin.
             Carried::Led => ground.density(0.0),
         };
         let (carrier, ground) = world.insert(
@@ -299,9 +299,9 @@ impl Drops {
                 }
                 let at = world.bodies[*body].translation();
                 let inside = |it: Real| to_f64(it).abs() < EXTENT - 1.0;
-                // What is nowhere is lost as well.
+                // A body whose position is not finite is lost as well.
                 gone[number] = at.y <= -1.5 || !at.is_finite();
-                // It has not rolled off.
+                // A body that has rolled off is not lost.
                 if gone[number] && (!at.is_finite() || inside(at.x) && inside(at.z)) {
                     fallen.lost.push(number);
                 }

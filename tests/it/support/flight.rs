@@ -1,4 +1,4 @@
-//! Free flight of bodies of balls, exactly: an oracle of its own, in `f64`.
+//! Exact free flight of bodies made of balls: an independent oracle, in `f64`.
 
 use rapier3d_fields::math::{DQuat, DVec3, Real, from_dvec3, from_f64, to_dpose3, to_dvec3};
 use rapier3d_fields::prelude::*;
@@ -15,17 +15,17 @@ pub struct Flight {
     pub position: DVec3,
     pub velocity: DVec3,
     pub rotation: DQuat,
-    /// In the world.
+    /// The angular momentum, in the world's frame.
     pub momentum: DVec3,
 }
 
 impl Flight {
-    /// World angular velocity.
+    /// The angular velocity in the world's frame.
     pub fn angvel(&self) -> DVec3 {
         angvel(self.rotation, self.momentum, self.inertia)
     }
 
-    /// Where it is after a time, by small steps of Runge and Kutta.
+    /// The state after a time, by small Runge–Kutta steps.
     pub fn after(&self, time: f64) -> Flight {
         let mut rotation = self.rotation;
         let turn = self.angvel().length() * time.abs() * 2.0;
@@ -91,7 +91,7 @@ pub fn nearest(flights: &[Flight; 2]) -> Nearest {
         .expect("spheres")
 }
 
-/// The deepest overlap in the time before a touch, sampled; zero if there is none.
+/// The deepest overlap in a time, sampled; zero if there is none.
 pub fn deepest_before(flights: &[Flight; 2], time: f64) -> f64 {
     let samples = 400;
     let step = time / samples as f64;
@@ -129,7 +129,7 @@ impl Impact {
         }
     }
 
-    /// The largest speed of a sphere's middle before or after.
+    /// The largest speed of a sphere's centre before or after the impact.
     pub fn speed_scale(&self, flights: &[Flight; 2]) -> f64 {
         let speed = |which: usize, impulse: DVec3| {
             let f = &flights[which];
@@ -144,7 +144,7 @@ impl Impact {
         speeds[0].max(speeds[1])
     }
 
-    /// The largest error of a velocity by an error of the impulse.
+    /// The largest error of a velocity due to an error of the impulse.
     pub fn velocity_error(&self, flights: &[Flight; 2], off: DVec3) -> f64 {
         let of = |f: &Flight| {
             let twist = (self.point - f.position).cross(off);
@@ -156,7 +156,7 @@ impl Impact {
     }
 }
 
-/// A row of a table.
+/// A case of a table: two bodies that may meet.
 #[cfg_attr(
     feature = "f32",
     allow(dead_code, reason = "answers are compared in f64 only")
@@ -171,11 +171,11 @@ pub struct Case {
     pub normal: DVec3,
     pub approach: f64,
     pub impulse: f64,
-    /// Velocities after.
+    /// Velocities after the impact.
     pub after: [DVec3; 2],
-    /// The end of what was looked at.
+    /// The end of the time that was searched for a hit.
     pub end: f64,
-    /// Least gap of a miss.
+    /// The least gap of a miss.
     pub gap: f64,
     pub size: f64,
 }
@@ -287,7 +287,7 @@ pub fn molecules() -> Vec<Case> {
     table.rows().map(case).collect()
 }
 
-/// Puts a body in flight into a world.
+/// Inserts a body in flight into a world.
 pub fn insert_flight(world: &mut PhysicsWorld, flight: &Flight, restitution: Real) -> Thing {
     let [x, y, z, w] = flight.rotation.to_array().map(from_f64);
     let rotation = Rotation::from_xyzw(x, y, z, w).normalize();
@@ -310,7 +310,7 @@ pub fn insert_flight(world: &mut PhysicsWorld, flight: &Flight, restitution: Rea
     insert(world, body, parts.collect::<Vec<_>>())
 }
 
-/// The flights of the two bodies of a world, as they are.
+/// The present flights of the two bodies of a world.
 pub fn flights_of(world: &PhysicsWorld, case: &Case) -> [Flight; 2] {
     let mut bodies = world.bodies.iter();
     [0, 1].map(|which| {

@@ -1,4 +1,4 @@
-//! Formats of serde: what is written is read again, whatever the format.
+//! Writing and reading in several formats of serde.
 
 use serde::{Serialize, de::DeserializeOwned};
 
@@ -38,7 +38,7 @@ impl Format {
             Format::Json => serde_json::from_slice(bytes).map_err(|e| e.to_string()),
             Format::Cbor => ciborium::from_reader(bytes).map_err(|e| e.to_string()),
             Format::Bincode => {
-                // Without a limit, a length in damaged bytes asks for as much memory.
+                // Without a limit, a length in damaged bytes allocates as much memory.
                 let config = bincode::config::standard().with_limit::<{ 1 << 24 }>();
                 bincode::serde::decode_from_slice(bytes, config)
                     .map(|(value, _)| value)

@@ -1,4 +1,4 @@
-//! What the integration tests share: reading of tables, and tolerances that fail on NaN.
+//! Helpers of the integration tests: tables, and tolerances that fail on NaN.
 
 pub mod ammonia;
 pub mod bits;
@@ -94,7 +94,7 @@ pub fn either(f32: f64, f64: f64) -> f64 {
     if size_of::<Real>() == 4 { f32 } else { f64 }
 }
 
-/// Largest of some errors; infinite if one is NaN, which `f64::max` would pass over.
+/// The largest of some errors; infinite if one is NaN, which `f64::max` would pass over.
 pub fn largest(errors: impl IntoIterator<Item = f64>) -> f64 {
     let errors = errors.into_iter();
     errors.fold(
@@ -103,7 +103,7 @@ pub fn largest(errors: impl IntoIterator<Item = f64>) -> f64 {
     )
 }
 
-/// Fails unless `error` is at most `bound`; so on NaN.
+/// Fails unless `error` is at most `bound`, also on NaN.
 #[track_caller]
 pub fn assert_at_most(error: f64, bound: f64, place: impl std::fmt::Display) {
     assert!(
@@ -112,7 +112,7 @@ pub fn assert_at_most(error: f64, bound: f64, place: impl std::fmt::Display) {
     );
 }
 
-/// Fails unless `found` is within `tolerance` of `expected`; so on NaN.
+/// Fails unless `found` is within `tolerance` of `expected`, also on NaN.
 #[track_caller]
 pub fn assert_close(found: f64, expected: f64, tolerance: f64, place: impl std::fmt::Display) {
     let error = (found - expected).abs();
@@ -133,7 +133,7 @@ pub fn scientific(numbers: &[f64]) -> String {
     numbers.join(" ")
 }
 
-/// Fails unless every halving of the step gains the expected order; prints what it found.
+/// Fails unless every halving of the step gains the expected order; prints the orders.
 #[track_caller]
 pub fn assert_order(errors: &[f64], expected: f64, tolerance: f64, what: &str) {
     let orders = orders(errors);
@@ -151,7 +151,7 @@ pub fn weightless(dt: Real) -> PhysicsWorld {
     world
 }
 
-/// Puts in a ball of radius 0.5 that never sleeps.
+/// Inserts a ball of radius 0.5 that never sleeps.
 pub fn insert_ball(
     world: &mut PhysicsWorld,
     mass: Real,

@@ -18,7 +18,7 @@ pub type Point = [i32; 5];
 /// A set of the 64 half-orthants around a sample.
 pub type Cells = u64;
 
-/// A region, and how to tell its points.
+/// A region whose points can be tested.
 #[derive(Clone, Debug)]
 pub enum Set {
     Everywhere,
@@ -132,10 +132,10 @@ impl Model {
         }
     }
 
-    /// Figure 1 over again: where the composite is defined, and its vector there.
+    /// Figure 1 of the paper: where the composite is defined, and its vector there.
     ///
-    /// `defined` follows from the orthants alone. On a boundary both operands count as present if
-    /// the (closed) sets of both hold the sample.
+    /// The cells follow from the orthants alone. On a boundary both operands count as present if the (closed) sets of
+    /// both hold the sample.
     pub fn at(&self, at: &Point) -> (Cells, DVec3) {
         match self {
             Model::Leaf(set, v) => (set.cells(at), vector_f64(*v)),
@@ -162,7 +162,7 @@ impl Model {
     }
 }
 
-/// Layers that hold the sample, from the highest priority down.
+/// The sum of the layers that count at a sample, from the highest priority down.
 fn gathered(layers: &[(Model, i32, bool, bool)], at: &Point) -> (Cells, DVec3) {
     let mut sorted: Vec<_> = layers.iter().collect();
     sorted.sort_by_key(|(_, priority, ..)| -priority);
@@ -196,7 +196,7 @@ pub fn figure_1(
         Operator::ReplaceUnion => (e | g, both(v)),
         Operator::ReplaceIntersection => (e & g, v),
         Operator::Difference => (e & !g, u),
-        // Not in the figure: the rest is on the union of the sets.
+        // The rest is not in the figure, and is defined on the union of the sets.
         Operator::Strongest => (e | g, both(if shorter(u, v) { v } else { u })),
         Operator::Weakest => (e | g, both(if shorter(v, u) { v } else { u })),
         Operator::Minimum => (e | g, both(u.min(v))),
@@ -285,7 +285,7 @@ pub fn leaf() -> impl Strategy<Value = Model> {
     (set(), proptest::array::uniform3(-3..=3)).prop_map(|(set, v)| Model::Leaf(set, v))
 }
 
-/// Fields combined up to four deep: cross products of integers that small stay exact in `f64`.
+/// Fields combined up to four deep: cross products of such small integers stay exact in `f64`.
 pub fn model() -> impl Strategy<Value = Model> {
     leaf().prop_recursive(4, 12, 3, |model| {
         let boxed = |model: Model| Box::new(model);
@@ -310,7 +310,7 @@ pub fn apply(operator: Operator, u: &Tree, v: &Tree) -> Tree {
     Tree::fold(operator, [nested(u), nested(v)])
 }
 
-/// Two trees agree at all points, also in where they are not defined.
+/// Fails unless two trees agree at all points, also in where they are not defined.
 pub fn same(law: &str, left: &Tree, right: &Tree, points: &[Point]) -> Result<(), TestCaseError> {
     for at in points {
         let (l, r) = (force(left, at), force(right, at));
@@ -319,7 +319,7 @@ pub fn same(law: &str, left: &Tree, right: &Tree, points: &[Point]) -> Result<()
     Ok(())
 }
 
-/// That many cases; failures are not stored, since they print their plans in full.
+/// A number of cases; failures are not stored, since they print their plans in full.
 pub fn cases(cases: u32) -> ProptestConfig {
     ProptestConfig {
         cases,

@@ -33,12 +33,12 @@ impl Numbers {
         these[self.below(these.len())]
     }
 
-    /// Zero, or as much as that.
+    /// Zero, or a number from zero to `most`.
     pub fn perhaps(&mut self, most: f64) -> f64 {
         self.one_of(&[0.0, most]) * (self.next() + 1.0) * 0.5
     }
 
-    /// A number from `least` to `most`, as likely within each factor.
+    /// A number from `least` to `most`, uniform in its logarithm.
     pub fn within(&mut self, least: f64, most: f64) -> f64 {
         least * (most / least).powf((self.next() + 1.0) * 0.5)
     }

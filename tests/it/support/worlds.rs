@@ -1,4 +1,4 @@
-//! Small random worlds, and what fields may ask of their bodies, derived anew.
+//! Small random worlds, and the queries at their bodies, derived independently.
 
 use proptest::prelude::*;
 use rapier3d_fields::field::Query;
@@ -16,11 +16,11 @@ pub struct BodyPlan {
     pub parts: Vec<([i32; 3], u32, i32, Option<i32>)>,
 }
 
-/// The value of `delta` for whatever has none of its own.
+/// The value of `delta` where no other is set.
 pub const WORLD_DELTA: Real = 2.0;
 const RADIUS: Real = 0.25;
 
-/// Of a part.
+/// The volume of a part.
 fn volume() -> f64 {
     let volume = std::f64::consts::PI * 4.0 / 3.0 * to_f64(RADIUS).powi(3);
     to_f64(from_f64(volume))

@@ -84,9 +84,9 @@ pub enum FormulaPlan {
         velocity: i32,
         falloff: i32,
     },
-    /// Number of one of a few.
+    /// The number of an expression.
     Expression(u8),
-    /// Number of one of a few.
+    /// The number of a closure.
     Closure(u8),
 }
 
@@ -94,7 +94,7 @@ fn real(i: i32) -> Real {
     i as Real
 }
 
-/// Sizes of the Fractional family.
+/// Sizes of the fractional family.
 fn size(i: i32) -> Real {
     real(i) + 0.37
 }
@@ -118,8 +118,8 @@ impl LawPlan {
         }
     }
 
-    /// The sum of the magnitudes of what the law adds up at a distance, each times how much a
-    /// relative error of the distance counts in it.
+    /// The sum of the magnitudes of the law's terms at a distance, each times its sensitivity to a relative error of
+    /// the distance.
     fn magnitude(&self, r: f64) -> f64 {
         let length = to_f64(LENGTH);
         let strength = |i: i32| f64::from(i).abs();
@@ -299,12 +299,12 @@ impl FormulaPlan {
         }
     }
 
-    /// Whether its constructor brings a region along, which must stay.
+    /// Whether its constructor sets a region, which must stay.
     pub fn brings_region(&self) -> bool {
         self.cutoff().is_some() || matches!(self, FormulaPlan::Grid(_))
     }
 
-    /// The sum of the magnitudes of what a radial law adds up at a distance; its terms may cancel.
+    /// The sum of the magnitudes of a radial law's terms at a distance; the terms may cancel.
     pub fn radial_magnitude(&self, r: f64) -> Option<f64> {
         let FormulaPlan::Radial {
             law,
@@ -348,7 +348,7 @@ fn gyration(s: &Sample) -> Vector {
     s.local_velocity.cross(s.local_point)
 }
 
-/// With the functions of the formulas.
+/// A registry of the functions of the formulas.
 pub fn registry() -> Registry {
     Registry::new()
         .formula("beside", [], beside)
@@ -360,7 +360,7 @@ fn number() -> impl Strategy<Value = i32> + Clone {
     -3..=3
 }
 
-/// Of either family.
+/// Formulas of both families.
 fn common() -> impl Strategy<Value = FormulaPlan> {
     let kernel = (triple(2), triple(2), number(), number());
     let path = (any::<bool>(), 0..=3, number(), number(), 0..=2);
@@ -448,7 +448,7 @@ pub fn formula(numbers: Numbers) -> BoxedStrategy<FormulaPlan> {
     }
 }
 
-/// Every law of the distance; softened, shifted, with a nearest distance, or neither.
+/// Every law of the distance; softened, shifted, with a nearest distance, or none of these.
 pub fn radial_law() -> impl Strategy<Value = FormulaPlan> {
     let law = prop_oneof![
         8 => (-3..=3, -3..=2, any::<bool>()).prop_map(|(strength, power, softened)| {

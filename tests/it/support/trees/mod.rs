@@ -27,7 +27,7 @@ pub enum Numbers {
 }
 
 impl Numbers {
-    /// Where fields stand between the integers.
+    /// The offset of fields from integer points.
     fn fraction(self) -> Real {
         match self {
             Numbers::Integer => 0.0,
@@ -55,15 +55,15 @@ pub enum RegionPlan {
     HalfSpaceOver([(usize, i32); 2], i32),
     /// Centres and radii along axes.
     BallOver(Vec<(usize, i32, i32)>),
-    /// Number of one of a few.
+    /// The number of a predicate.
     Predicate(u8),
     Moved(Box<RegionPlan>, [i32; 3]),
     Complement(Box<RegionPlan>),
     Combined(u8, Box<RegionPlan>, Box<RegionPlan>),
 }
 
-/// What hangs on what: 0 the world, 1 a body, 2 a collider (numbers wrap around), its place, and
-/// quarter turns about y.
+/// An anchor: on the world (0), a body (1) or a collider (2), its number (numbers wrap around), its place, and quarter
+/// turns about y.
 pub type AnchorPlan = (u8, usize, [i32; 3], u8);
 
 #[derive(Clone, Debug)]
@@ -80,7 +80,7 @@ pub struct LeafPlan {
     pub numbers: Numbers,
 }
 
-/// A term: anything but a bare sum of union.
+/// A term: any tree but a bare sum of union.
 #[derive(Clone, Debug)]
 pub enum TermPlan {
     Leaf(LeafPlan),
@@ -100,7 +100,7 @@ pub const AXES: [&str; 12] = [
 ];
 
 impl RegionPlan {
-    /// Whether Parry decides about any part of it.
+    /// Whether any part of it is a Parry shape.
     pub fn any_shape(&self) -> bool {
         match self {
             RegionPlan::Shape(_) | RegionPlan::Mesh(..) => true,
@@ -110,7 +110,7 @@ impl RegionPlan {
         }
     }
 
-    /// Whether the colliders of a body may differ in it at one place.
+    /// Whether, of two colliders of a body at one place, only one may be in it.
     fn reads_parts(&self) -> bool {
         let of_part = |axis: usize| matches!(AXES[axis], "radius" | "mass" | "charge" | "delta");
         match self {
@@ -211,7 +211,7 @@ fn below_delta(s: &Sample) -> bool {
     s.axes[0] > s.local_point.z
 }
 
-/// The functions of all that is code in the trees.
+/// A registry of all functions in the trees.
 pub fn registry() -> Registry {
     formulas::registry()
         .predicate("beyond", [], beyond)
@@ -333,8 +333,8 @@ impl TermPlan {
         }
     }
 
-    /// The same, wrapped so that a sum of union at its top is one term and not several; sampled at
-    /// centres, as the paper has it, even if it would cut bodies at borders.
+    /// The same, wrapped so that a sum of union at its top is one term and not several; sampled at points, as in the
+    /// paper, even if it could cut bodies at borders.
     pub fn term(&self, world: &World) -> Tree {
         let sampling = match (self.may_cut(), self.acts_at_centre()) {
             (false, _) => Sampling::Auto,
@@ -348,7 +348,7 @@ impl TermPlan {
         }
     }
 
-    /// Whether all its fields are the same all over a body but for their borders.
+    /// Whether all its fields are uniform over a body except for their borders.
     fn may_cut(&self) -> bool {
         match self {
             TermPlan::Leaf(leaf) => leaf.may_cut(),
@@ -356,8 +356,8 @@ impl TermPlan {
         }
     }
 
-    /// Whether bodies are sampled once for this term, at their centre of mass: all its fields are
-    /// uniform, shared out by mass, and ask nothing that may differ between colliders.
+    /// Whether bodies are sampled once for this term, at their centre of mass: all its fields are uniform, shared out
+    /// by mass, and read nothing that may differ between colliders.
     pub fn acts_at_centre(&self) -> bool {
         match self {
             TermPlan::Leaf(leaf) => leaf.acts_at_centre(),
@@ -382,7 +382,7 @@ impl TermPlan {
         }
     }
 
-    /// Fields, those of each instance counted.
+    /// The number of fields, those of each instance counted.
     pub fn leaf_count(&self) -> usize {
         let below: usize = self.operands().into_iter().map(TermPlan::leaf_count).sum();
         match self {
@@ -407,7 +407,7 @@ impl TermPlan {
         own.is_some_and(|scale| scale.any(is)) || below()
     }
 
-    /// Whether it holds an operator that chooses between two vectors by their lengths.
+    /// Whether it contains an operator that chooses between two vectors by their lengths.
     pub fn chooses_by_length(&self) -> bool {
         use Operator::{Strongest, Weakest};
         let below = || self.operands().into_iter().any(Self::chooses_by_length);
@@ -455,7 +455,7 @@ impl TermPlan {
                 each.sum()
             }
             TermPlan::Leaf(leaf) if leaf.is_bare_law() => {
-                // Its weight is what becomes of a unit vector, its distance of a unit spring.
+                // A unit vector in its place gives the weight, a unit spring the distance.
                 let weight = length(leaf.dress(Field::uniform(Vector::X), world).into());
                 let spring = leaf.dress(Field::spring(1.0), world);
                 let spring = spring
@@ -474,7 +474,7 @@ impl TermPlan {
     }
 }
 
-/// What the reference says.
+/// The force by the reference.
 pub fn reference(
     tree: &Tree,
     world: &World,
@@ -484,7 +484,7 @@ pub fn reference(
     reference.force(&WorldRef::from(&world.physics), query)
 }
 
-/// A relative error that rounding in [`Real`] may cause, by the number of roundings.
+/// A relative error that this number of roundings in [`Real`] may cause.
 pub fn rounding(count: usize) -> f64 {
     to_f64(Real::EPSILON) * count as f64
 }
@@ -571,7 +571,7 @@ fn extras(
     )
 }
 
-/// Bounds of a vector's length. To shorten takes a root, but for the length of nothing.
+/// Bounds of a vector's length. Shortening takes a root, except to zero.
 fn limit(numbers: Numbers) -> std::ops::RangeInclusive<i32> {
     match numbers {
         Numbers::Integer => 0..=0,

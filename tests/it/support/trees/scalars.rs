@@ -22,7 +22,7 @@ pub enum ScalarPlan {
     Gaussian(Box<ScalarPlan>),
     Exponential(Box<ScalarPlan>),
     Closure,
-    /// Plus, times, lesser, greater.
+    /// The sum, product, minimum or maximum, by number.
     Combined(u8, Box<ScalarPlan>, Box<ScalarPlan>),
 }
 
@@ -72,7 +72,7 @@ impl ScalarPlan {
         }
     }
 
-    /// Whether this holds of any part of it.
+    /// Whether `is` holds for the scalar or any part of it.
     pub fn any(&self, is: &dyn Fn(&ScalarPlan) -> bool) -> bool {
         is(self)
             || match self {
@@ -86,7 +86,7 @@ impl ScalarPlan {
             }
     }
 
-    /// Whether it is the same at all points of a body: numbers and the time.
+    /// Whether it is the same at all points of a body: made of constants and time only.
     pub fn is_uniform(&self) -> bool {
         match self {
             ScalarPlan::Constant(_) => true,
