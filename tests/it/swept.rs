@@ -1,7 +1,7 @@
 //! Swept detection against exact collisions: 100 pairs of spheres, 200 pairs of spinning molecules.
 //!
-//! Detection is judged apart from integration: a pair starts two steps before it touches, and the
-//! exact motion is that from the state in which the world really was when the step began.
+//! Detection is judged apart from integration: a pair starts two steps before it touches, and the exact motion starts
+//! from the world's own state at the beginning of the step.
 
 use rapier3d_fields::contact::FieldContact;
 use rapier3d_fields::math::{from_f64, to_dvec3};
@@ -92,8 +92,8 @@ fn run_in(
     None
 }
 
-/// The deepest overlap of a run by the exact motion from the world's own states: none, if rounding
-/// of the start has kept a graze apart.
+/// The deepest overlap of a run by the exact motion from the world's own states: zero if rounding of the start keeps a
+/// graze apart.
 fn deepest_in_run(case: &Case, dt: f64) -> f64 {
     let (start, steps) = window(case, dt);
     let (mut world, mut fields) = world_of(case, start, dt, Detection::Swept);
@@ -140,7 +140,7 @@ fn errors(case: &Case, found: &Found, dt: f64) -> Errors {
     } else {
         by_impulse
     };
-    // Overlap at the very start is the rounding of the step before, and answered at once.
+    // Overlap at the very start is a rounding of the step before, and is answered at once.
     let gap = if time == 0.0 {
         touching.gap.max(0.0)
     } else {
@@ -169,7 +169,7 @@ fn check_hits(cases: &[Case], dt: f64) {
             // Rounding has moved a graze apart: in this world nothing touches.
             (None, true) if deepest_in_run(case, dt) == 0.0 => apart.push(case.number),
             (None, true) => missed.push(case.number),
-            // Nearer than f32 can tell.
+            // Nearer than rounding can resolve.
             (Some(_), false) if case.gap < either(1e-5, 1e-12) * case.size => doubtful += 1,
             (Some(_), false) => invented.push(case.number),
             _ => {}
@@ -228,7 +228,7 @@ fn check_hits(cases: &[Case], dt: f64) {
         let (found, all) = of.fold((0, 0), |(f, a), k| (f + discrete[k][0], a + discrete[k][1]));
         found as f64 / all as f64
     };
-    // What the swept test is for.
+    // Sampling misses many of the fast pairs, which is why swept detection exists.
     if dt >= 1e-2 {
         let name = if cases[0].flights[0].spheres.len() == 1 {
             "bullet"
@@ -263,21 +263,20 @@ fn molecules_are_all_found_at_a_coarse_step() {
     check_hits(&molecules(), 1e-2);
 }
 
-/// The exact times, normals and velocities of the table, where the motion is known to the last
-/// digits: the start is rounded, so this is for 64 bits.
+/// Times, normals and impulses of the table itself, to the last digits. Only in `f64`, since `f32` rounds the start.
 #[test]
 #[cfg(feature = "f64")]
-fn the_table_itself_is_met() {
+fn swept_contacts_have_the_numbers_of_the_table() {
     let mut compared = 0;
     for case in molecules().iter().chain(&spheres()).filter(|case| case.hit) {
         let dt = 1e-2;
-        // The layer's rotation of a step is right to 1e-5 of the energy only.
+        // The crate's rotation is right to 1e-5 of the energy only, so the run starts in the step of the hit.
         let start = (case.toi / dt).floor() * dt;
         let found = run_in(case, dt, Detection::Swept, (start, 2)).expect("a hit");
         let time = found.contact.time_of_impact.expect("a time") + start;
         let error = (time - case.toi).abs();
         let graze = KINDS[case.kind] == "graze";
-        // The motion up to the start is worked out by the test, in small steps.
+        // The test computes the motion up to the start in small steps.
         let [by_time, by_distance] = [error / dt, error * case.approach.abs() / case.size];
         let text = format!(
             "{}: {}: {by_time:e} {by_distance:e}",
@@ -299,10 +298,10 @@ fn the_table_itself_is_met() {
     assert!(compared >= 230, "{compared}");
 }
 
-/// What Rapier's own solver makes of the same pairs: shown beside, and bounded only in that it
-/// answers most of those that are no bullets.
+/// Rapier's own solver on the same pairs, printed for comparison; the only bound is that it answers more than half of
+/// them.
 #[test]
-fn rapiers_solver_beside() {
+fn rapiers_solver_answers_most_pairs() {
     for (cases, what) in [(spheres(), "spheres"), (molecules(), "molecules")] {
         for dt in [1e-3, 1e-2] {
             let mut off: Vec<f64> = Vec::new();
@@ -338,9 +337,9 @@ fn rapiers_solver_beside() {
     }
 }
 
-/// One bounded body, or two, that do not come first: a floor without end does.
+/// One bounded body, or two, behind an unbounded one in the order of handles.
 #[test]
-fn a_floor_before_one_ball_or_two() {
+fn balls_bounce_off_a_half_space_that_was_inserted_first() {
     for count in 1..=2 {
         let mut world = arena(0.1);
         let floor = ColliderBuilder::new(SharedShape::halfspace(Vector::Y));

@@ -1,4 +1,4 @@
-//! Whatever Rapier holds on uneven ground, contact fields hold.
+//! Bodies that Rapier holds on uneven ground are held by contact fields, too.
 
 use rapier3d_fields::prelude::*;
 use rapier3d_fields::{Detection, StepWarning};
@@ -14,9 +14,9 @@ const ALL: [(Detection, Side); 6] = [
     (Detection::Swept, Side::Both),
 ];
 
-/// With a contact field on either side all of these fell through the mesh, with no warning. Rapier's
-/// centre of mass of an open mesh is anywhere (here 6e7 m away) and its principal frame NaN; the
-/// response read both of a fixed body, and dropped the impulse that came of it.
+/// With a contact field on either side all of these fell through the mesh, with no warning. Rapier's centre of mass of
+/// an open mesh is arbitrary (here 6e7 m away) and its principal frame NaN; the response used both for a fixed body,
+/// and dropped the impulse that resulted.
 #[test]
 fn an_uneven_mesh_holds_what_falls_on_it() {
     for shape in [Dropped::Ball, Dropped::Box, Dropped::Cone, Dropped::Hull] {
@@ -40,12 +40,12 @@ fn an_uneven_mesh_holds_what_falls_on_it() {
     }
 }
 
-/// Of a hundred drops each up to ten cones, eight hulls and a box more than with Rapier alone fell through
-/// meshes and height fields. A corner that fell fast beside one that rested took both off Rapier's solver, and
-/// where it did not touch in that step neither was held.
+/// Of a hundred drops each up to ten cones, eight hulls and a box more than with Rapier alone fell through meshes and
+/// height fields. A corner that fell fast beside one that rested took both off Rapier's solver, and if it did not touch
+/// in that step neither was held.
 ///
-/// Of cones, some fall through with Rapier alone, 16 of 4,800 in `f64`, and with discrete detection 26. So for these, chance is
-/// allowed for in the sum over all grounds: twice the square root of Rapier's number and one. Nothing else may be lost.
+/// Some cones fall through with Rapier alone, 16 of 4,800 in `f64`, and 26 with discrete detection. So their sum over
+/// all grounds may exceed Rapier's number by twice the square root of that number and one. Nothing else may be lost.
 #[test]
 fn no_more_are_lost_than_with_rapier_alone() {
     let grounds = [
@@ -69,7 +69,7 @@ fn no_more_are_lost_than_with_rapier_alone() {
             };
             let alone = drops.run(Answer::Rapier).lost;
             for ((detection, side), of_fields, of_rapier) in &mut sums {
-                // Of a field on the ground, or on both, the first few.
+                // With a field on the ground, or on both sides, only the first few.
                 let count = if *side == Side::Body { drops.count } else { 4 };
                 let drops = Drops { count, ..drops };
                 let lost = drops.run(Answer::Fields(*detection, *side)).lost;
@@ -93,10 +93,10 @@ fn no_more_are_lost_than_with_rapier_alone() {
     }
 }
 
-/// A ball that a plate presses against a floor is answered in every step, and every answer is undone in the
-/// next. No warning told, and Rapier was never given the pair. Now it has it after three steps.
+/// A ball that a plate presses against a floor is answered in every step, and every answer is undone in the next. There
+/// was no warning, and Rapier never got the pair. Now it gets the pair after three steps.
 #[test]
-fn what_is_pressed_deeper_from_step_to_step_is_given_to_rapier() {
+fn a_contact_that_deepens_from_step_to_step_is_warned_of() {
     for detection in [Detection::Discrete, Detection::Swept] {
         let mut world = PhysicsWorld::new();
         let slab = || ColliderBuilder::cuboid(3.0, 0.5, 3.0);

@@ -1,9 +1,9 @@
 //! Whole flights from the first moment on, many steps before they touch: detection and motion
 //! together, against the table itself.
 //!
-//! What rounding may do is derived: a centre that is moved in steps gains, in each of Rapier's
-//! steps within a step, half a rounding of where it is, the same of its attitude, and its velocity
-//! is off by a rounding all the time. That distance, over the speed of approach, is a time.
+//! The bound for rounding is derived: in each of Rapier's iterations within a step a centre gains half a rounding of
+//! its position and of its attitude, and its velocity is off by a rounding all the time. That distance, over the speed
+//! of approach, is a time.
 
 use rapier3d_fields::contact::FieldContact;
 use rapier3d_fields::math::{Real, from_f64, to_dvec3};
@@ -15,7 +15,7 @@ use crate::support::flight::*;
 
 const EPSILON: f64 = Real::EPSILON as f64;
 
-/// The distance by which rounding may put a pair off by a moment.
+/// The distance by which rounding may displace a pair until `time`.
 fn drift(case: &Case, dt: f64, time: f64) -> f64 {
     let steps = time / dt + 2.0;
     let of = |flight: &Flight| {
@@ -71,7 +71,7 @@ fn check(cases: &[Case], dt: f64) {
             (Some(_), false) if case.gap <= drift => {}
             (Some(_), false) => wrong.push(format!("{} is invented", case.number)),
             (None, true) => {
-                // How deep the flights go through each other, if nothing answers.
+                // How deep the flights overlap, if nothing answers.
                 let deep = deepest_before(&at, 4.0 * dt);
                 if deep > drift {
                     wrong.push(format!("{} is missed, {deep:e} deep", case.number));
@@ -85,12 +85,12 @@ fn check(cases: &[Case], dt: f64) {
                 let impulse = to_dvec3(contact.impulses[1]) - case.normal * case.impulse;
                 let scale = impact.speed_scale(&at);
                 let velocity = impact.velocity_error(&at, impulse) / scale;
-                // A pair that passes at a speed is turned by what it is late: v² / size bends.
+                // Lateness turns the normal of a pair that passes by: by drift/size times speed over approach.
                 let graze = scale / impact.approach.abs();
                 let bent = 4.0 * graze * drift / case.size + 100.0 * EPSILON;
                 let errors = [off / dt, distance / drift, velocity, velocity / bent];
                 let tight = either(f64::MAX, 1e-6);
-                // Of a graze the moment is worth little, the distance is not.
+                // At a graze the time is ill-defined, the distance is not.
                 let moment = if graze > 100.0 { f64::MAX } else { tight };
                 let bounds = [moment, 1.0, tight, 1.0];
                 for (worst, error) in worst.iter_mut().zip(errors) {

@@ -1,5 +1,5 @@
-//! Who enters and leaves zones, and when: closed forms of the times, edits, and random worlds against the distances after
-//! each step.
+//! Bodies that enter and leave zones, and when: closed forms of the times, edits, and random worlds against the
+//! distances after each step.
 
 use std::collections::HashSet;
 use std::sync::mpsc::{Receiver, channel};
@@ -36,7 +36,7 @@ fn watched(tree: impl Into<Tree>) -> (Fields, Receiver<ZoneEvent>) {
     (fields, events)
 }
 
-/// A field that does nothing.
+/// A field without force.
 fn still(region: Region) -> Field {
     Field::uniform(Vector::ZERO).within(region)
 }
@@ -64,7 +64,7 @@ fn assert_times(events: &Receiver<ZoneEvent>, expected: &[(bool, f64)], what: &s
     }
 }
 
-/// A chord of a ball, whole in one step or over many.
+/// A chord of a ball, crossed within one step or over many.
 #[test]
 fn times_are_those_of_the_crossings() {
     for (speed, count, lasts) in [
@@ -77,7 +77,7 @@ fn times_are_those_of_the_crossings() {
         let mut world = weightless(from_f64(DT));
         world.integration_parameters.normalized_max_linear_velocity = Real::MAX;
         thrown(&mut world, DVec3::new(-3.0, 0.6, 0.0), DVec3::X * speed);
-        // The depth in a field that does not last forever is asked for more often.
+        // The depth in a field that does not last forever is evaluated more often.
         let field = still(Region::ball(1.0)).lifetime(Lifetime::between(-1.0, lasts));
         let (mut fields, events) = watched(field);
         steps(&mut fields, &mut world, count);
@@ -86,9 +86,9 @@ fn times_are_those_of_the_crossings() {
     }
 }
 
-/// A zone comes to a body, on a carrier; then the body is put elsewhere.
+/// A zone on a carrier reaches a body; then the body is moved away.
 #[test]
-fn zones_move() {
+fn bodies_enter_and_leave_zones_that_move() {
     let mut world = weightless(from_f64(DT));
     let resting = thrown(&mut world, DVec3::ZERO, DVec3::ZERO);
     let carrier = RigidBodyBuilder::kinematic_velocity_based()
@@ -98,7 +98,7 @@ fn zones_move() {
     let (mut fields, events) = watched(still(Region::cuboid(Vector::splat(0.75))).at(carrier));
     steps(&mut fields, &mut world, 150);
     assert_times(&events, &[(true, 2.125)], "a carrier");
-    // It stands around the body now.
+    // The zone is around the body now.
     world.bodies[carrier].set_linvel(Vector::ZERO, true);
     let time = fields.time();
     world.bodies[resting].set_translation(Vector::Y * 9.0, true);
@@ -154,7 +154,7 @@ fn edits_let_bodies_in_and_out() {
 }
 
 #[test]
-fn what_is_removed_has_left() {
+fn removed_bodies_and_fields_cause_events() {
     let mut world = weightless(from_f64(DT));
     let bodies = [0.0, 0.5].map(|x| thrown(&mut world, DVec3::X * x, DVec3::ZERO));
     let (mut fields, events) = watched(still(Region::ball(1.0)).named("zone"));
@@ -176,7 +176,7 @@ fn what_is_removed_has_left() {
     assert_times(&events, &[(false, time)], "the field");
 }
 
-/// Prototypes of instances, contact fields and fields everywhere are none; neither are carriers in their own.
+/// Prototypes of instances, contact fields and fields everywhere are no zones; carriers are not in their own.
 #[test]
 fn some_fields_are_no_zones() {
     let mut world = weightless(from_f64(DT));
@@ -193,7 +193,7 @@ fn some_fields_are_no_zones() {
     assert_times(&events, &[], "no zones");
 }
 
-/// Balls that fly about, and numbers for more.
+/// Balls that fly about, and the generator for more numbers.
 fn swarm(number: u64) -> (PhysicsWorld, Numbers) {
     let mut random = Numbers::new(number);
     let mut world = weightless(from_f64(DT));
@@ -252,9 +252,9 @@ fn events_agree_with_distances_after_each_step() {
     }
 }
 
-/// A state that was put away knows who is inside.
+/// A saved state holds which bodies are inside.
 #[test]
-fn states_remember_who_is_inside() {
+fn states_keep_which_bodies_are_inside() {
     let mut world = weightless(from_f64(DT));
     thrown(&mut world, DVec3::ZERO, DVec3::X);
     let (mut fields, events) = watched(still(Region::ball(1.0)));
@@ -268,7 +268,7 @@ fn states_remember_who_is_inside() {
     again.set_zone_events(sender);
     steps(&mut again, &mut world, 60);
     assert_times(&events, &[(false, 1.0)], "after");
-    // Nobody asks any more.
+    // Without a receiver a state keeps no zones.
     again.set_zone_events(None);
     steps(&mut again, &mut world, 1);
     let state = serde_json::to_string(&again.state).expect("text");
@@ -279,15 +279,15 @@ fn states_remember_who_is_inside() {
     );
 }
 
-/// A heap of mixed shapes that falls into a tray through a zone and comes to rest in it, with steps of a pipeline of one's
-/// own beside those of the fields: the same events, that agree with where bodies are, awake or asleep.
+/// A heap of mixed shapes falls into a tray through a zone and comes to rest in it, stepped by the fields and around a
+/// pipeline of one's own: the events are the same and agree with the positions of bodies, awake or asleep.
 #[test]
 fn heaps_come_to_rest_in_zones_on_every_route() {
     let heap = || {
         let mut world = PhysicsWorld::new();
         let floor = RigidBodyBuilder::fixed().translation(Vector::Y * -0.5);
         world.insert(floor, ColliderBuilder::cuboid(20.0, 0.5, 20.0));
-        // Walls keep what rolls in the zone, which is wider than they are.
+        // Walls keep rolling bodies in the zone, which is wider than they are.
         for side in [-2.0, 2.0] {
             let across = ColliderBuilder::cuboid(0.1, 5.0, 2.0);
             world.insert_collider(across.translation(Vector::new(side, 5.0, 0.0)), None);

@@ -6,7 +6,7 @@ use rapier3d_fields::prelude::*;
 
 use crate::lab::random::Random;
 
-/// Two balls that meet, or one and a fixed one.
+/// Two balls that meet, of which the second may be fixed.
 #[derive(Clone, Copy, Debug)]
 struct Hit {
     detection: Detection,
@@ -29,7 +29,7 @@ impl Hit {
         let radii = [between(0.2, 0.8), between(0.2, 0.8)];
         let masses = [between(0.5, 5.0), between(0.5, 5.0)];
         let speeds = [between(0.5, 4.0), between(-2.0, 0.4)];
-        // How far aside they meet, as a share of the sum of their radii: as chance has it, every sixth grazes.
+        // How far aside they meet, as a share of the sum of their radii, uniform by area: every sixth grazes.
         let aside = 0.99 * between(0.0, 1.0).sqrt();
         let restitution = between(0.1, 0.9);
         let pick = |random: &mut Random, of: u64| random.bits() % of;
@@ -108,9 +108,9 @@ impl Hit {
     }
 }
 
-/// Who answers a hit does not depend on how far beyond the touch the region reaches, for spinning and unequal balls, on
-/// one field only, of a fixed ball, and by laws that lose speed. Grazing hits were left to Rapier: moved on by half the
-/// allowed error along its velocity, such a ball is still outside the region.
+/// Whether fields answer a hit does not depend on how far beyond the touch the region reaches: for spinning and unequal
+/// balls, with one field only, with a fixed ball, and by laws that lose speed. Grazing hits were left to Rapier: moved
+/// on by half the allowed error along its velocity, such a ball is still outside the region.
 #[test]
 fn a_region_that_ends_at_the_touch_answers_all_impacts_as_a_larger_one() {
     let mut random = Random::new(17);

@@ -1,4 +1,4 @@
-//! Fields that look at another world than Rapier does are reported; those that do not, are not.
+//! The cross-check reports fields that see another world than Rapier, and only those.
 
 use rapier3d_fields::cross_check::{CrossCheckReport, Difference};
 use rapier3d_fields::math::{Real, SharedShape, Vector, from_f64};
@@ -21,7 +21,7 @@ pub fn step_changed(
     fields.finish(open, WorldMut::from(world)).expect("an end");
 }
 
-/// What parts are made of, at a scale.
+/// The kinds of parts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Made {
     Ball,
@@ -71,7 +71,7 @@ const LAWS: [ContactLaw; 4] = [
     },
 ];
 
-/// Two parts that overlap, in each law and detection, at rest.
+/// Two parts that overlap, at rest, under each law and detection.
 fn scenes(made: Made) -> impl Iterator<Item = (PhysicsWorld, [Thing; 2], Fields)> {
     let detections = [Detection::Discrete, Detection::Swept];
     let each = detections
@@ -121,7 +121,7 @@ fn the_same_world_is_no_disagreement() {
 }
 
 #[test]
-fn a_part_that_is_a_hundredth_too_large_or_too_small() {
+fn a_part_that_is_a_hundredth_too_large_or_too_small_is_reported() {
     for scale in [1.01, 0.99] {
         assert_seen([from_f64(scale), 1.0], |it| {
             matches!(it, Difference::Depth { .. })
@@ -130,17 +130,17 @@ fn a_part_that_is_a_hundredth_too_large_or_too_small() {
 }
 
 #[test]
-fn a_pair_that_the_fields_drop() {
+fn a_pair_that_the_fields_miss_is_reported() {
     assert_seen([0.1, 1.0], |it| matches!(it, Difference::OnlyRapier { .. }));
 }
 
 #[test]
-fn a_pair_that_the_fields_make_up() {
+fn a_pair_that_the_fields_invent_is_reported() {
     assert_seen([1.0, 0.1], |it| matches!(it, Difference::OnlyField { .. }));
 }
 
 #[test]
-fn a_part_that_rapier_does_not_know() {
+fn a_part_that_rapier_does_not_see_is_reported() {
     for made in MADE {
         for (mut world, [first, _], mut fields) in scenes(made) {
             step_changed(&mut fields, &mut world, |world| {
@@ -151,7 +151,7 @@ fn a_part_that_rapier_does_not_know() {
     }
 }
 
-/// A heap of tops that fly into each other, and on. Every third has the one size for the fields, and the other for Rapier.
+/// A heap of tops that fly into each other and on. Every third has one scale for the fields, and one for Rapier.
 fn fly(
     made: Made,
     law: ContactLaw,
@@ -160,7 +160,7 @@ fn fly(
     scales: [Real; 2],
 ) -> CrossCheckReport {
     let mut world = arena(from_f64(1.0 / 240.0));
-    // As Rapier has it: the check sees to it that contacts are fresh.
+    // Rapier's default: the check itself keeps contacts from being recycled.
     world.integration_parameters.contact_recycling = true;
     let mut things = Vec::new();
     for i in 0..27 {
@@ -214,7 +214,7 @@ fn tops_of_any_shape_that_fly_into_each_other_agree() {
                     "{made:?} {law:?} {detection:?}\n{report}"
                 );
                 let counts = &report.total;
-                // What is answered when it touches does not overlap when the step ends.
+                // A pair that is answered when it touches does not overlap when the step ends.
                 let seen = counts.both + report.touches.total();
                 assert!(seen > 80, "{made:?} {law:?} {detection:?}\n{report}");
                 let touches = &report.touches;
@@ -227,10 +227,10 @@ fn tops_of_any_shape_that_fly_into_each_other_agree() {
     }
 }
 
-/// Swept detection of tops that spin: a part of which the fields see too little is found under each law. One of which they
-/// see too much is found where Rapier answers; where fields do, the pair has parted before Rapier could see it.
+/// Swept detection of spinning tops: a part that the fields see too small is found under each law. A part that they see
+/// too large is found where Rapier answers; where fields answer, the pair has parted before Rapier could see it.
 #[test]
-fn tops_of_another_size_in_flight() {
+fn tops_of_another_size_are_reported_in_flight() {
     let by_fields = |size: f64| [from_f64(size), 1.0];
     let (too_little, too_much) = (
         [by_fields(0.1), by_fields(0.99)],

@@ -8,7 +8,7 @@ use super::mutants::step_changed;
 use super::report;
 use crate::support::collide::*;
 
-/// Fails unless the only thing counted in a step of two balls that overlap is one reason.
+/// Fails unless a step of two overlapping balls counts this reason once and nothing else.
 #[track_caller]
 fn assert_reason(counts: &ContactCounts, reason: impl Fn(&NotComparable) -> u64) {
     assert_eq!(reason(&counts.not_comparable), 1, "{counts:?}");
@@ -17,7 +17,7 @@ fn assert_reason(counts: &ContactCounts, reason: impl Fn(&NotComparable) -> u64)
     assert_eq!(found, (0, 0, 0), "{counts:?}");
 }
 
-/// What a step counts after a change of the world.
+/// The counts of a step after a change of the world.
 fn counted(law: ContactLaw, change: impl Fn(&mut PhysicsWorld, [&Thing; 2])) -> ContactCounts {
     let (mut world, [a, b]) = overlapping([Vector::ZERO; 2], [1.0; 2]);
     change(&mut world, [&a, &b]);
@@ -27,7 +27,7 @@ fn counted(law: ContactLaw, change: impl Fn(&mut PhysicsWorld, [&Thing; 2])) -> 
 }
 
 #[test]
-fn several_passes_of_continuous_detection() {
+fn several_passes_of_continuous_detection_are_not_comparable() {
     let counts = counted(ELASTIC, |world, _| {
         world.integration_parameters.max_ccd_substeps = 2;
     });
@@ -35,7 +35,7 @@ fn several_passes_of_continuous_detection() {
 }
 
 #[test]
-fn joints_without_contacts() {
+fn pairs_on_joints_without_contacts_are_not_comparable() {
     let counts = counted(ELASTIC, |world, [a, b]| {
         let joint = FixedJointBuilder::new().contacts_enabled(false);
         world.impulse_joints.insert(a.body, b.body, joint, true);
@@ -44,7 +44,7 @@ fn joints_without_contacts() {
 }
 
 #[test]
-fn sensors() {
+fn pairs_with_a_sensor_are_not_comparable() {
     let counts = counted(ELASTIC, |world, [a, _]| {
         world.colliders[a.parts[0]].set_sensor(true);
     });
@@ -52,7 +52,7 @@ fn sensors() {
 }
 
 #[test]
-fn sleepers() {
+fn sleeping_pairs_are_not_comparable() {
     let (mut world, [a, b]) = overlapping([Vector::ZERO; 2], [1.0; 2]);
     let mut fields = cross_checked(&[&a, &b], ContactLaw::Observe);
     step(&mut fields, &mut world);
@@ -65,7 +65,7 @@ fn sleepers() {
 }
 
 #[test]
-fn bodies_moved_or_removed_while_a_step_is_open() {
+fn bodies_moved_or_removed_while_a_step_is_open_are_not_comparable() {
     let (mut world, [a, b]) = overlapping([Vector::ZERO; 2], [1.0; 2]);
     let mut fields = cross_checked(&[&a, &b], ContactLaw::Observe);
     step_changed(&mut fields, &mut world, |world| {
@@ -88,7 +88,7 @@ impl PhysicsHooks for Blind {
 }
 
 #[test]
-fn hooks_of_the_users_own_that_hide_a_pair() {
+fn pairs_that_a_users_hooks_hide_are_not_comparable() {
     for law in [ContactLaw::Observe, ELASTIC] {
         let (mut world, [a, b]) = overlapping([Vector::ZERO; 2], [1.0; 2]);
         world.colliders[a.parts[0]].set_active_hooks(ActiveHooks::FILTER_CONTACT_PAIRS);
@@ -99,7 +99,7 @@ fn hooks_of_the_users_own_that_hide_a_pair() {
 }
 
 #[test]
-fn fields_that_act_in_a_part_of_space() {
+fn pairs_outside_the_region_of_their_fields_are_not_comparable() {
     let (mut world, [a, b]) = overlapping([Vector::ZERO; 2], [1.0; 2]);
     let nowhere = Region::ball(0.25).at(Vector::Y * 9.0);
     let blind = |thing: &Thing| {

@@ -1,4 +1,4 @@
-//! Touches of swept detection, judged by the gap between the parts where they were then.
+//! Touches of swept detection, judged by the gap between the parts at the time of the touch.
 
 use rapier3d_fields::cross_check::{CrossCheckReport, TouchCounts};
 use rapier3d_fields::math::{Real, Vector, from_f64, to_f64};
@@ -50,9 +50,9 @@ fn the_gap_vanishes_at_the_time_of_a_touch() {
 }
 
 #[test]
-fn what_sampling_would_miss_is_counted() {
+fn touches_that_sampling_would_miss_are_counted() {
     for made in MADE {
-        // Gone through: 8 in a step of parts that are at most 1.4 long. Or still inside.
+        // At 80 parts of a length of at most 1.4 move by 8 and pass through; at 14 they still overlap after the step.
         assert_eq!(touches(made, 80.0, 0.1).missed_by_sampling, 1, "{made:?}");
         assert_eq!(touches(made, 14.0, 0.1).missed_by_sampling, 0, "{made:?}");
     }
@@ -80,13 +80,13 @@ const CONSTANT_ONLY: [Scheme; 3] = [
     Scheme::LinearlyImplicit,
 ];
 
-/// What flies about in a box.
+/// The bodies that fly about in a box.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Flier {
     /// Balls on a body, with their places, and its moments of inertia.
     Molecule(&'static [[f64; 3]], [f64; 3]),
     Part(Made),
-    /// A ball and a cuboid by turns.
+    /// Balls and cuboids in turn.
     Mixed,
 }
 
@@ -159,11 +159,11 @@ fn crowd(flier: Flier, scheme: Scheme, field: Option<Field>, gravity: Real) -> C
     report(&fields).clone()
 }
 
-/// Before, a touch was judged by Parry's cast, which knows straight ways and steady turns only: of those of
-/// molecules of four atoms that spin none was judged under any scheme, of balls and boxes under gravity
-/// none, of balls in a spring none.
+/// Before, touches were judged by Parry's shape cast, which covers straight motion and steady rotation only: none was
+/// judged of spinning molecules of four atoms under any scheme, of balls and boxes under gravity, or of balls in a
+/// spring.
 #[test]
-fn touches_on_any_way_are_judged() {
+fn touches_on_any_path_are_judged() {
     let spring = || Some(Field::spring(6.0));
     let gravity = from_f64(9.81);
     let molecule = |inertia| Flier::Molecule(&ATOMS, inertia);
@@ -185,7 +185,7 @@ fn touches_on_any_way_are_judged() {
     scenes.push((molecule(TOP), kdk, None, gravity));
     let magnetic = Field::magnetic(Vector::new(0.3, 2.0, 0.1)).coupled_to(Coupling::Each);
     scenes.push((molecule(TOP), Scheme::Forward4, Some(magnetic), 0.0));
-    // Others than constant fields are refused beside answers there.
+    // With answers, these schemes refuse fields that are not constant.
     for scheme in CONSTANT_ONLY {
         let pull = Field::uniform(Vector::Y * -gravity).force_mode(ForceMode::Acceleration);
         scenes.push((molecule(TOP), scheme, Some(pull.clone()), 0.0));

@@ -1,5 +1,5 @@
-//! Worlds that make use of what Rapier lets users do to contacts: each is reported as what it is, none as
-//! a disagreement of the fields.
+//! Contacts that users change by skins, hooks, groups, edits and joints: each is reported as what it is, none as a
+//! disagreement of the fields.
 
 use rapier3d_fields::cross_check::{CrossCheckReport, Difference};
 use rapier3d_fields::math::{Real, Vector, from_f64, to_f64};
@@ -72,7 +72,7 @@ fn drops() -> impl Iterator<Item = (String, Drop)> {
 fn assert_holds(name: &str, found: &CrossCheckReport) {
     println!("{name}\n{found}");
     assert_eq!(found.disagreed(), 0, "{name}\n{found}");
-    // What Rapier holds may touch without overlap.
+    // A contact that Rapier holds may touch without overlap.
     let lasting = found.total.both + found.answers.by_rapier.contacts;
     assert!(lasting > 20, "{name}\n{found}");
 }
@@ -80,7 +80,7 @@ fn assert_holds(name: &str, found: &CrossCheckReport) {
 /// Before, each resting contact of a box of unequal `contact_skin`, or on a ground with one, was reported
 /// as "other point", up to 135 bands off: the fields took the middle of the surfaces for that of the skins.
 #[test]
-fn contact_skins_that_differ() {
+fn contact_skins_that_differ_are_no_disagreement() {
     for skins in [[0.02, 0.0], [0.0, 0.02], [0.01, 0.05], [0.3, 0.1]] {
         for (name, mut drop) in drops() {
             for (collider, skin) in drop.colliders().into_iter().zip(skins) {
@@ -91,7 +91,7 @@ fn contact_skins_that_differ() {
     }
 }
 
-/// Asks for hooks about the part, beside what it has.
+/// Turns on the modification of solver contacts for the part.
 fn hooked(drop: &mut Drop) {
     let [part, _] = drop.colliders();
     part.set_active_hooks(ActiveHooks::MODIFY_SOLVER_CONTACTS);
@@ -105,8 +105,8 @@ impl<F: Fn(&mut ContactModificationContext<'_>) + Sync + Send> PhysicsHooks for 
     }
 }
 
-/// Before, 169 of 169 contacts of a hook that turns Rapier's normal round were counted as "as deep in
-/// another direction": only the normal of the fields was asked for.
+/// Before, 169 of 169 contacts of a hook that flips Rapier's normal were counted as "as deep in another direction":
+/// only the normal of the fields was read.
 #[test]
 fn a_hook_that_flips_the_normal_of_rapier_is_a_disagreement_of_normals() {
     let flip = Modify(|context: &mut ContactModificationContext<'_>| {
@@ -137,9 +137,9 @@ fn a_hook_that_flips_the_normal_of_rapier_is_a_disagreement_of_normals() {
     }
 }
 
-/// What a hook takes away Rapier has found all the same; where it puts the solver's points is no finding.
+/// Rapier has found a contact even if a hook removes it; the solver's points that a hook moves are no finding.
 #[test]
-fn hooks_that_remove_or_move_contacts() {
+fn hooks_that_remove_or_move_contacts_are_no_disagreement() {
     let remove = Modify(|context: &mut ContactModificationContext<'_>| {
         if let Some(manifold) = context.rigid_mut() {
             manifold.solver_contacts.clear();
@@ -153,7 +153,7 @@ fn hooks_that_remove_or_move_contacts() {
             }
         }
     });
-    // What is removed goes through the ground, not yet so deep that the nearest way out is another.
+    // Without contacts the part sinks into the ground, not yet so deep that the nearest way out is another.
     let hooks: [(&dyn PhysicsHooks, usize); 2] = [(&remove, 24), (&shift, 60)];
     for (hooks, steps) in hooks {
         for made in MADE {
@@ -167,9 +167,9 @@ fn hooks_that_remove_or_move_contacts() {
     }
 }
 
-/// A platform that lets through what comes from below: the part rises through it, and falls back on it.
+/// A one-way platform: the part rises through it from below, and falls back on it.
 #[test]
-fn a_platform_of_one_way() {
+fn a_one_way_platform_is_no_disagreement() {
     let one_way = Modify(|context: &mut ContactModificationContext<'_>| {
         context.update_as_oneway_platform(-Vector::Y, from_f64(0.2));
     });
@@ -187,7 +187,7 @@ fn a_platform_of_one_way() {
 }
 
 #[test]
-fn solver_groups_that_keep_rapier_from_answering() {
+fn solver_groups_that_keep_rapier_from_answering_are_no_disagreement() {
     for (name, mut drop) in drops() {
         for collider in drop.colliders() {
             collider.set_solver_groups(InteractionGroups::none());
@@ -200,7 +200,7 @@ fn solver_groups_that_keep_rapier_from_answering() {
     }
 }
 
-/// What users do to a part that rests on a ground.
+/// A user's edits of a part that rests on a ground.
 type Edit = fn(&mut PhysicsWorld, [ColliderHandle; 2]);
 
 const EDITS: [(&str, Edit); 11] = [
@@ -247,8 +247,8 @@ fn body(world: &mut PhysicsWorld, part: ColliderHandle) -> &mut RigidBody {
     &mut world.bodies[handle]
 }
 
-/// Before, `HooksNotGiven` was raised in steps that were given the hooks, after a contact that Rapier had
-/// held was put an end to by hand: it was told by what Rapier held before the step.
+/// Before, `HooksNotGiven` was raised in steps that were given the hooks, after a user had ended a contact that Rapier
+/// held: it was derived from the contacts held before the step.
 #[test]
 fn edits_are_not_taken_for_hooks_that_were_forgotten() {
     for (edit, change) in EDITS {
@@ -263,7 +263,7 @@ fn edits_are_not_taken_for_hooks_that_were_forgotten() {
                 let mut drop = resting();
                 change(&mut drop.world, [drop.part, drop.ground]);
                 let found = drop.run(&(), 3);
-                // Fields do not heed collision types.
+                // Fields ignore collision types.
                 if edit != "without collision types" {
                     assert_eq!(found.disagreed(), 0, "{name}\n{found}");
                 }
@@ -279,9 +279,9 @@ fn edits_are_not_taken_for_hooks_that_were_forgotten() {
     }
 }
 
-/// A joint that keeps two parts from touching, put in between two steps.
+/// A joint without contacts between two parts, inserted between two steps.
 #[test]
-fn a_joint_without_contacts_between_what_touched() {
+fn a_new_joint_without_contacts_is_counted_as_jointed() {
     for detection in [Detection::Discrete, Detection::Swept] {
         let (mut world, [a, b]) = overlapping([Vector::ZERO; 2], [1.0; 2]);
         let tree = touch(parts(&[&a, &b]), ContactLaw::restitution(0.3));
@@ -298,9 +298,9 @@ fn a_joint_without_contacts_between_what_touched() {
     }
 }
 
-/// A part that is put elsewhere while a step is open is told as such.
+/// A part that is moved while a step is open is counted as moved.
 #[test]
-fn a_body_put_elsewhere_while_a_step_is_open() {
+fn a_body_moved_while_a_step_is_open_is_counted_as_moved() {
     for made in MADE {
         let mut drop = Drop::new(made, ContactLaw::restitution(0.3), Detection::Discrete);
         drop.run(&(), 90);

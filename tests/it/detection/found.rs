@@ -1,4 +1,4 @@
-//! What detection fields find, and what not.
+//! Contacts that detection fields find, and those that they do not.
 
 use rapier3d_fields::contact::FieldContact;
 use rapier3d_fields::math::{Real, Vector, from_f64, to_f64};
@@ -22,7 +22,7 @@ fn two_pairs() -> (PhysicsWorld, Vec<Thing>) {
     (world, things.to_vec())
 }
 
-/// The colliders of the pair that a tree detects, of [`two_pairs`].
+/// Fails unless a tree finds this pair, and no other, of [`two_pairs`].
 #[track_caller]
 fn assert_finds_only(pair: [usize; 2], tree: impl FnOnce(Tree) -> Tree) {
     let (mut world, things) = two_pairs();
@@ -44,7 +44,7 @@ fn detection_fields_can_be_replaced_and_cut_out() {
 
 #[test]
 fn detection_fields_can_be_restricted_in_space_and_time() {
-    // In the frame of the field: it acts on what comes from +x.
+    // The region is in the frame of the field, which acts on its +x side.
     let (mut world, things) = two_pairs();
     let ahead = Region::half_space(-Vector::X, 0.0);
     let field = |i: usize| Field::contact(ELASTIC).at(things[i].parts[0]);
@@ -164,7 +164,7 @@ fn removal_during_a_run_ends_contacts() {
     assert_eq!(step(&mut fields, &mut world), 1);
     world.remove_body(b.body);
     assert_eq!(step(&mut fields, &mut world), 0);
-    // A handle that is used again is not the old one.
+    // A new body may get an old index, but not the old handle.
     let again = ball(&mut world, 1.0, place(-0.9), Vector::ZERO);
     assert_eq!(again.body.into_raw_parts().0, b.body.into_raw_parts().0);
     assert_eq!(step(&mut fields, &mut world), 1);

@@ -4,7 +4,7 @@ use rapier3d_fields::contact::Capability;
 
 use super::*;
 
-/// Shapes about half a unit in each direction.
+/// Shapes with half extents of about half a unit.
 fn shapes() -> Vec<(&'static str, SharedShape)> {
     let [a, b, c, d] = [
         Vector::new(0.5, -0.35, 0.5),
@@ -63,7 +63,7 @@ fn corner(number: u8, bit: u8) -> Real {
     if number & bit == 0 { -0.35 } else { 0.35 }
 }
 
-/// Floors whose upper side is at height zero. None of voxels: with a ball on it Rapier's own step panics.
+/// Floors whose upper side is at height zero. None is of voxels: with a ball on one Rapier's own step panics.
 fn floors() -> Vec<(&'static str, SharedShape, Pose)> {
     let at = |x: f64, y: f64| Pose::from_translation(Vector::new(from_f64(x), from_f64(y), 0.0));
     let wide = |y: Real| {
@@ -99,7 +99,7 @@ fn floors() -> Vec<(&'static str, SharedShape, Pose)> {
     ]
 }
 
-/// What is through, and what rests elsewhere or later than Rapier's, of all shapes on a floor.
+/// Of all shapes on a floor, those that fall through, rest elsewhere than with Rapier alone, or stay awake.
 fn wrong(floor: usize, stuff: Stuff) -> Vec<String> {
     let mut wrong = Vec::new();
     let scene = |shape: &SharedShape| {
@@ -107,7 +107,7 @@ fn wrong(floor: usize, stuff: Stuff) -> Vec<String> {
         let (_, floor, pose) = floors().swap_remove(floor);
         scene.fixed(ColliderBuilder::new(floor).position(pose));
         let body = RigidBodyBuilder::dynamic().translation(Vector::new(0.3, 0.8, 0.2));
-        // What has no volume has no mass of its own.
+        // A shape without volume has no mass of its own.
         let (density, flat) = (
             shape.mass_properties(1.0),
             MassProperties::new(Vector::ZERO, 0.2, Vector::splat(0.02)),
@@ -132,8 +132,8 @@ fn wrong(floor: usize, stuff: Stuff) -> Vec<String> {
             let ours = run(scene(&shape), way, 10.0);
             let [place, other] = [&ours, &theirs].map(|end| end.scene.places()[0]);
             let what = format!("{name} on {}, {way:?}, {stuff:?}", floors()[floor].0);
-            // Flat shapes, and voxels by their corner, lie at height zero; Rapier itself loses what is
-            // flat on thin floors.
+            // Flat shapes, and voxels by their corner, lie at height zero; Rapier itself loses flat shapes on thin
+            // floors.
             let lies_low = shape.compute_local_aabb().mins.y > -0.05;
             let is_flat = shape.mass_properties(1.0).inv_mass == 0.0;
             let low = if lies_low { -0.1 } else { 0.1 };
@@ -142,7 +142,7 @@ fn wrong(floor: usize, stuff: Stuff) -> Vec<String> {
             } else if rests && (place.y - other.y).abs() > 0.01 && stuff.restitution == 0.0 {
                 wrong.push(format!("{what}: at {place}, Rapier's at {other}"));
             }
-            // With two answers to a rebound what is round may roll on, as Rapier's may by chance.
+            // With two answers to a rebound a round shape may roll on, as it may by chance with Rapier alone.
             let is_to_sleep = stuff.friction > 0.0 && way != Way::Both;
             if rests && is_to_sleep && ours.asleep_at.is_none() {
                 wrong.push(format!("{what}: awake at {place}"));
@@ -171,31 +171,31 @@ fn all_right(floor: usize) {
 }
 
 #[test]
-fn on_a_half_space() {
+fn all_shapes_rest_on_a_half_space() {
     all_right(0);
 }
 
 #[test]
-fn on_a_slab() {
+fn all_shapes_rest_on_a_slab() {
     all_right(1);
 }
 
 #[test]
-fn on_a_hull() {
+fn all_shapes_rest_on_a_hull() {
     all_right(2);
 }
 
 #[test]
-fn on_a_mesh() {
+fn all_shapes_rest_on_a_mesh() {
     all_right(3);
 }
 
 #[test]
-fn on_a_height_field() {
+fn all_shapes_rest_on_a_height_field() {
     all_right(4);
 }
 
 #[test]
-fn on_a_compound() {
+fn all_shapes_rest_on_a_compound() {
     all_right(5);
 }

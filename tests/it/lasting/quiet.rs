@@ -1,4 +1,4 @@
-//! Hooks listen where something may be an impact, and nowhere else.
+//! Colliders get hooks where an impact may happen, and nowhere else.
 
 use rapier3d_fields::rapier::pipeline::ActiveHooks;
 
@@ -29,7 +29,7 @@ fn listening(scene: &Scene) -> usize {
 }
 
 #[test]
-fn what_rests_is_rapiers_bit_for_bit_and_no_hook_listens() {
+fn resting_bodies_are_rapiers_bit_for_bit_without_hooks() {
     let run = |way| {
         let mut scene = stack(STUFF);
         let mut fields = scene.fields(way, None);
@@ -48,9 +48,9 @@ fn what_rests_is_rapiers_bit_for_bit_and_no_hook_listens() {
     }
 }
 
-/// The friction of the law counts, so Rapier must ask for it.
+/// The friction of the law replaces that of the colliders, by a hook.
 #[test]
-fn another_friction_than_the_laws_is_listened_for() {
+fn colliders_of_another_friction_than_the_laws_get_hooks() {
     for way in FIELDS {
         let mut scene = stack(STUFF);
         for (_, collider) in scene.world.colliders.iter_mut() {
@@ -69,10 +69,10 @@ fn another_friction_than_the_laws_is_listened_for() {
     }
 }
 
-/// What falls on what rests is listened to when it comes, answered by the fields, and left to Rapier
-/// again when it lies.
+/// A ball that falls on resting boxes gets a hook when it comes, is answered by the fields, and is left to Rapier again
+/// when it lies.
 #[test]
-fn what_is_hit_listens() {
+fn bodies_that_are_hit_get_hooks() {
     for way in FIELDS {
         let mut scene = stack(STUFF);
         let mut fields = scene.fields(way, None);

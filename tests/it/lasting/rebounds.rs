@@ -1,8 +1,8 @@
-//! How high what falls rebounds, under Rapier's gravity and under a field.
+//! Heights of rebounds under Rapier's gravity and under a field.
 
 use super::*;
 
-/// The heights of a ball's rebounds from a fall of two metres, in so many seconds.
+/// The heights of a ball's rebounds from a fall of two metres, within `seconds`.
 fn rebounds(way: Way, restitution: f64, hertz: u32, field: bool, seconds: usize) -> Vec<f64> {
     let stuff = Stuff {
         restitution,
@@ -25,7 +25,7 @@ fn rebounds(way: Way, restitution: f64, hertz: u32, field: bool, seconds: usize)
         let height = to_f64(scene.places()[0].y) - 0.5;
         let [before, last] = known;
         if rising && last > height && last > 1e-3 {
-            // Between steps it was higher: by the parabola through three of them.
+            // The apex is between steps: on the parabola through three of them.
             let slope = (height - before) / (2.0 * dt);
             apexes.push(last + slope * slope / (2.0 * 9.81));
         }
@@ -59,7 +59,7 @@ fn each_rebound_is_as_high_as_the_law_says() {
                     let apexes = rebounds(way, restitution, hertz, field, 20);
                     let what = format!("{way:?}, {hertz} Hz, {field}, {restitution}: {apexes:?}");
                     let mut before = 2.0;
-                    // What rests can be told from what rebounds down to a few centimetres.
+                    // Rest and rebounds can be told apart down to a few centimetres.
                     for apex in apexes {
                         let expected = restitution * restitution * before;
                         if expected < 0.05 {

@@ -1,9 +1,9 @@
-//! Heaps at random: as many of them sleep as with Rapier alone, and as soon.
+//! Random heaps: as many of them sleep as with Rapier alone, and as soon.
 
 use super::*;
 use crate::lab::random::Random;
 
-/// Fifteen shapes of five kinds, let fall from random places into a box that is open above.
+/// Fifteen shapes of five kinds, dropped from random places into a box that is open above.
 fn heap(seed: u64, restitution: f64) -> Scene {
     let stuff = Stuff {
         restitution,
@@ -31,14 +31,14 @@ fn heap(seed: u64, restitution: f64) -> Scene {
         let body = RigidBodyBuilder::dynamic().translation(place);
         scene.add(body.rotation(turn), collider);
     }
-    // Rapier recycles no contact that has a hook: what rests is to be compared on one footing.
+    // Rapier recycles no contact that has a hook, so recycling is off in both runs.
     scene.world.integration_parameters.contact_recycling = false;
     scene
 }
 
 const SECONDS: f64 = 15.0;
 
-/// For each of some heaps, the times at which its bodies fell asleep; that of a body that is awake in the end is the end.
+/// For each heap the times at which its bodies fell asleep, or the end of the run for bodies that are awake then.
 fn asleep(seeds: u64, restitution: f64, way: Way) -> Vec<Vec<f64>> {
     let seeds = 0..seeds;
     let times = seeds.map(|seed| {
@@ -61,7 +61,7 @@ fn asleep(seeds: u64, restitution: f64, way: Way) -> Vec<Vec<f64>> {
     times.collect()
 }
 
-/// Of heaps that bounce, and of heaps that hardly do: at most as many are awake in the end, up to chance, and half of the
+/// At each restitution at most as many heaps as with Rapier alone are awake in the end, up to chance, and half of the
 /// bodies sleep as soon, up to a fifth. One body that rolls keeps its heap awake, so heaps are counted.
 fn compare(seeds: u64) {
     let awake = |heaps: &[Vec<f64>]| heaps.iter().filter(|it| it.contains(&SECONDS)).count() as f64;
@@ -89,7 +89,7 @@ fn as_many_heaps_sleep_as_with_rapier_alone() {
     compare(48);
 }
 
-/// Of two heaps the median is a matter of chance: one that a rolling body keeps awake is half of the bodies.
+/// Two heaps are too few: if a rolling body keeps one awake, that is half of the bodies, and the median is chance.
 #[test]
 fn a_few_heaps_sleep_as_with_rapier_alone() {
     compare(6);

@@ -1,4 +1,4 @@
-//! Stacks, pyramids and heaps: beside Rapier alone.
+//! Stacks, pyramids and heaps, compared with Rapier alone.
 
 use super::*;
 
@@ -48,7 +48,7 @@ fn heavy(boxes: bool, hertz: u32) -> Scene {
     scene
 }
 
-/// Fields hold what Rapier holds: as deep, as still, asleep as soon.
+/// Fields hold a scene as Rapier alone does: bodies rest at the same places and fall asleep as soon.
 fn compare(name: &str, scene: impl Fn() -> Scene, (hertz, seconds): (u32, f64)) {
     let theirs = run(scene(), Way::Rapier, seconds);
     let theirs_at = theirs.asleep_at.expect("Rapier's rests");
@@ -57,7 +57,7 @@ fn compare(name: &str, scene: impl Fn() -> Scene, (hertz, seconds): (u32, f64)) 
         let what = format!("{name}, {hertz} Hz, {way:?}: {ours:?} beside {theirs:?}");
         assert!(ours.gained <= 1e-4, "{what}");
         let at = ours.asleep_at.unwrap_or_else(|| panic!("awake: {what}"));
-        // Without Rapier's own restitution what sways at first does so otherwise.
+        // Without Rapier's own restitution a scene sways differently at first.
         assert!(at <= theirs_at + hertz as usize / 2, "{what}");
         for (ours, theirs) in ours.scene.places().iter().zip(theirs.scene.places()) {
             let off = *ours - theirs;
@@ -102,13 +102,13 @@ fn a_pyramid_stands() {
 }
 
 #[test]
-fn the_heavy_rests_on_the_light() {
+fn a_heavy_body_rests_on_a_light_one() {
     heavy_on_light(20.0);
 }
 
 #[test]
 #[ignore = "a minute each, and ten heaps"]
-fn they_stand_for_a_minute() {
+fn stacks_and_heaps_stand_for_a_minute() {
     stacks(60.0);
     pyramids(60.0);
     heavy_on_light(60.0);
@@ -120,7 +120,7 @@ fn they_stand_for_a_minute() {
     }
 }
 
-/// Fifty shapes of five kinds in a box, let fall in layers, otherwise turned at every start.
+/// Fifty shapes of five kinds, dropped in layers into a box, with other rotations for each start.
 fn heap((hertz, start): (u32, u8)) -> Scene {
     let stuff = Stuff {
         restitution: 0.3,
@@ -187,7 +187,7 @@ fn come_to_rest(heap_of: (u32, u8), seconds: f64) {
         let (moving, overlap, gained) = energies(way);
         // Rapier itself may push shapes apart that it let overlap.
         assert!(gained <= 1e-4_f64.max(theirs.2), "{way:?}: {gained}");
-        // One body that rolls keeps a heap awake in either way.
+        // One body that rolls keeps a heap awake, with fields and with Rapier alone.
         assert!(moving < 0.05 + theirs.0, "{way:?}: {moving}");
         assert!(overlap < 0.02 + theirs.1, "{way:?}: {overlap}");
     }
@@ -210,7 +210,7 @@ fn a_box_stays_on_a_slope_by_the_friction_of_the_law() {
                 body.can_sleep(false),
                 ColliderBuilder::cuboid(0.5, 0.5, 0.5),
             );
-            // The colliders' own friction is not the law's.
+            // With fields the friction of the law counts, not that of the colliders.
             if way != Way::Rapier {
                 for (_, collider) in scene.world.colliders.iter_mut() {
                     collider.set_friction(0.0);

@@ -1,4 +1,4 @@
-//! Contacts of fields among what users do of their own.
+//! Contact fields beside a user's hooks, platforms, controllers, dominance groups, joints and skins.
 
 use super::*;
 use rapier3d_fields::rapier::prelude::{
@@ -18,7 +18,7 @@ fn falling() -> Scene {
     scene
 }
 
-/// Takes all contacts away.
+/// Hooks that remove all contacts.
 struct Nothing;
 
 impl PhysicsHooks for Nothing {
@@ -34,7 +34,7 @@ impl PhysicsHooks for Nothing {
 }
 
 #[test]
-fn a_contact_that_the_users_hooks_take_away_is_nobodys() {
+fn a_contact_that_the_users_hooks_remove_is_not_answered() {
     for way in FIELDS {
         for bits in [
             ActiveHooks::FILTER_CONTACT_PAIRS,
@@ -59,7 +59,7 @@ fn a_contact_that_the_users_hooks_take_away_is_nobodys() {
 }
 
 #[test]
-fn fields_that_go_give_contacts_back() {
+fn removed_fields_give_contacts_back_to_rapier() {
     for way in FIELDS {
         for groups_are_kept in [false, true] {
             let mut scene = falling();
@@ -67,7 +67,7 @@ fn fields_that_go_give_contacts_back() {
             let own = ActiveHooks::FILTER_INTERSECTION_PAIR;
             scene.world.colliders[collider].set_active_hooks(own);
             let mut fields = scene.fields(way, None);
-            // In the middle of a rebound, so that contacts were lifted last.
+            // In the middle of a rebound, so that the last contacts were taken off Rapier's solver.
             for _ in 0..28 {
                 fields.step(&mut scene.world).expect("a step");
             }
@@ -90,7 +90,7 @@ fn fields_that_go_give_contacts_back() {
 }
 
 #[test]
-fn what_stands_on_a_moving_platform_stays_there() {
+fn a_box_on_a_moving_platform_stays_there() {
     let slip = |way| {
         let stuff = Stuff {
             restitution: 0.0,
@@ -124,10 +124,10 @@ fn what_stands_on_a_moving_platform_stays_there() {
     }
 }
 
-/// A crate on a bed that a controller holds in the air by its velocity, as drones and vehicles with rays for wheels do: no
-/// contact or joint shows that the bed does not fall with the crate.
+/// A crate on a bed that a controller holds in the air by its velocity, as for drones and vehicles with rays for
+/// wheels: no contact or joint shows that the bed does not fall with the crate.
 #[test]
-fn what_rides_on_a_body_that_a_controller_holds_lies_still() {
+fn a_load_on_a_body_that_a_controller_holds_lies_still() {
     for restitution in [0.3, 0.8] {
         let stuff = Stuff {
             restitution,
@@ -152,16 +152,16 @@ fn what_rides_on_a_body_that_a_controller_holds_lies_still() {
                     [least, most] = [least.min(gap), most.max(gap)];
                 }
             }
-            // Rapier lets bodies that rest overlap by as much as 1e-3, and alone lets this one sink by 2e-4 in `f32`; what
-            // jitters moves by 5e-4 and more.
+            // Rapier lets resting bodies overlap by up to 1e-3, and alone lets this one sink by 2e-4 in `f32`; a load
+            // that jitters moves by 5e-4 and more.
             assert!(-1e-3 < least && most < 1e-3, "{restitution}, {way:?}");
             assert_at_most(most - least, 3e-4, format_args!("{restitution}, {way:?}"));
         }
     }
 }
 
-/// A bullet that Rapier's continuous detection stops at the wall: lifted off its solver, it must
-/// not go on through it.
+/// A bullet that Rapier's continuous detection stops at a wall must not pass through it when its contact is taken off
+/// Rapier's solver.
 #[test]
 fn a_bullet_that_rapier_stops_is_answered() {
     for way in FIELDS {
@@ -193,9 +193,9 @@ fn a_bullet_that_rapier_stops_is_answered() {
     }
 }
 
-/// A light body that dominates a heavy one is not stopped by it: as in Rapier alone.
+/// A light body of a higher dominance group is not stopped by a heavy one, as with Rapier alone.
 #[test]
-fn what_dominates_yields_to_nobody() {
+fn a_dominant_body_is_not_stopped() {
     let after = |way| {
         let stuff = Stuff {
             restitution: 0.0,
@@ -225,9 +225,9 @@ fn what_dominates_yields_to_nobody() {
     }
 }
 
-/// Two overlapping boxes on a joint that keeps them from touching: nobody pushes them apart.
+/// Two boxes on a joint without contacts are not pushed apart where they overlap.
 #[test]
-fn what_a_joint_keeps_from_touching_is_not_answered() {
+fn bodies_on_a_joint_without_contacts_are_not_answered() {
     for way in FIELDS {
         for touch in [false, true] {
             let stuff = Stuff {
@@ -258,7 +258,7 @@ fn what_a_joint_keeps_from_touching_is_not_answered() {
 }
 
 #[test]
-fn skins_count() {
+fn contact_skins_count() {
     for way in FIELDS {
         let mut scene = falling();
         for (_, collider) in scene.world.colliders.iter_mut() {
@@ -272,7 +272,7 @@ fn skins_count() {
 }
 
 #[test]
-fn all_routes_rest_alike() {
+fn a_box_rests_alike_by_all_routes() {
     let heights: Vec<Vector> = (0..3)
         .map(|route| {
             let mut scene = falling();
@@ -299,7 +299,7 @@ fn all_routes_rest_alike() {
     );
 }
 
-/// Of a detection field behind a hundred other fields of one composite.
+/// The contact field is the last of 101 fields in one composite.
 #[test]
 fn a_field_that_is_cut_out_leaves_its_contact_to_rapier() {
     for way in FIELDS {
