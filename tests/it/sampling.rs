@@ -58,7 +58,7 @@ pub fn shapes() -> Vec<(&'static str, SharedShape)> {
     ]
 }
 
-/// All rules keep the moments they promise: on volumes those of Parry's mass properties.
+/// Both rules, of at least 27 points and of 4 for linear fields, keep the moments of Parry's mass properties.
 #[test]
 fn volume_samples_have_the_moments_of_the_shape() {
     for (name, shape) in shapes() {
@@ -102,9 +102,9 @@ fn volume_samples_have_the_moments_of_the_shape() {
     }
 }
 
-/// A limit that is never reached has the same field asked at many points.
+/// A limit that is never reached makes a copy of each field be sampled at many points.
 #[test]
-fn linear_forces_add_up_at_few_points_to_what_they_do_at_many() {
+fn linear_forces_sum_alike_at_few_and_at_many_points() {
     let mut random = Random::new(31);
     let mut vector = |size: f64| from_dvec3(random.unit_vector() * size);
     for (name, shape) in shapes() {
@@ -127,7 +127,7 @@ fn linear_forces_add_up_at_few_points_to_what_they_do_at_many() {
                     .coupled_to(Coupling::Each)
                     .at(carrier),
                 Field::magnetic(vector(2.0)),
-                // Of the second power, and asked at all points.
+                // Not linear in the position, so sampled at all points.
                 Field::drag(0.7, 0.0).coupled_to_axis(Axis::X),
                 Field::uniform(vector(1.0)).coupled_to_axis(Axis::Distance),
             ];
@@ -157,7 +157,7 @@ fn linear_forces_add_up_at_few_points_to_what_they_do_at_many() {
 #[test]
 fn surface_samples_have_the_area_and_moments_of_the_surface() {
     let (r, h) = (0.5, 0.8);
-    // Two caps of r⁴π/4, and the mantle r² · ½ · its area; y² from the caps, and along the mantle.
+    // ⟨x²⟩: r⁴π/4 from each cap, r²/2 times the area of the mantle; ⟨y²⟩: from the caps, and along the mantle.
     let area = 2.0 * PI * r * r + 4.0 * PI * r * h;
     let x2 = (2.0 * PI * r.powi(4) / 4.0 + 4.0 * PI * r * h * r * r / 2.0) / area;
     let y2 = (2.0 * PI * r * r * h * h + 4.0 * PI * r * h * h * h / 3.0) / area;
@@ -171,7 +171,7 @@ fn surface_samples_have_the_area_and_moments_of_the_surface() {
         (SharedShape::cuboid(1.0, 1.0, 1.0), DVec3::splat(cube), 1e-6),
         (SharedShape::ball(2.0), DVec3::splat(4.0 / 3.0), 1e-6),
     ];
-    // Linear drag is asked at few points, quadratic drag at all.
+    // Linear drag is sampled at few points, quadratic drag at all.
     let twice = cases.iter().flat_map(|case| [0.0, 0.5].map(|c| (case, c)));
     for ((shape, second, relative), quadratic) in twice {
         let (second, relative) = (*second, *relative);
@@ -192,7 +192,7 @@ fn surface_samples_have_the_area_and_moments_of_the_surface() {
     }
 }
 
-/// Every sample of every kind, weighed by the reference, adds up to what the evaluators give.
+/// The reference's forces, summed over the samples of each kind, are the wrench of the evaluators.
 #[test]
 fn evaluators_agree_with_the_reference_over_the_samples() {
     let mut random = Random::new(5);
@@ -255,9 +255,9 @@ fn uniform_fields_turn_nothing() {
     }
 }
 
-/// Bodies of balls are sampled at their centres; asking for more samples them over.
+/// Balls are sampled once, at their centre; fields that ask for the volume or the surface get more points.
 #[test]
-fn balls_are_spared_unless_asked_for() {
+fn balls_are_sampled_once_unless_fields_ask_for_more() {
     let (world, body) = one(
         Vector::X * 3.0,
         Rotation::IDENTITY,
@@ -273,7 +273,7 @@ fn balls_are_spared_unless_asked_for() {
     assert_eq!(count(drag().sampled(Sampling::Surface)), 2 + 4);
     let quadratic = Field::drag(1.0, 0.5).sampled(Sampling::Surface);
     assert_eq!(count(quadratic), 2 + 6);
-    // Newton's shell theorem; what the rule does not see is of fourth order in size/distance.
+    // By Newton's shell theorem; the error of the rule is of fourth order in size/distance.
     let pull = Field::point_gravity(9.0);
     let force = |field: Field| wrench(&mut Fields::new(field).expect("sound"), &world, body).0;
     let mass = to_f64(world.bodies[body].mass());
@@ -288,8 +288,8 @@ fn balls_are_spared_unless_asked_for() {
     assert_ne!(over, exact);
 }
 
-/// Gravity turns a bar towards the line to the attractor: 3 μ/r³ (I₁ − I₃) sin θ cos θ, and next
-/// order (size/r)².
+/// Gravity turns a bar towards the line to the attractor: 3 μ/r³ (I₁ − I₃) sin θ cos θ, with a relative error of order
+/// (size/r)².
 #[test]
 fn tide_turns_a_bar() {
     let (mu, r, half) = (50.0, 40.0, 1.0_f64);
@@ -321,9 +321,8 @@ fn tide_turns_a_bar() {
     }
 }
 
-/// The share of a cuboid that is inside x < 0, and the first moment of that about its middle: in
-/// units of the edges, with n·u < t for 0 ≤ u ≤ 1, ∫ du = Σ ± (t − n·v)₊³/(6 n₁ n₂ n₃) over the
-/// corners v, and likewise ∫ uᵢ du.
+/// The share of a cuboid that is inside x < 0, and the first moment of that part about the cuboid's middle: in units of
+/// the edges, with n·u < t for 0 ≤ u ≤ 1, ∫ du = Σ ± (t − n·v)₊³/(6 n₁ n₂ n₃) over the corners v, and likewise ∫ uᵢ du.
 pub fn cuboid_in_half_space(half: DVec3, at: DVec3, turn: Rotation) -> (f64, DVec3) {
     let axes = [Vector::X, Vector::Y, Vector::Z].map(|axis| to_dvec3(turn * axis));
     // Edges are taken to point along +x.
@@ -453,7 +452,7 @@ fn heave_period(shape: SharedShape, density: f64, rest: f64, amplitude: f64) -> 
 #[test]
 fn cuboids_and_balls_float_at_their_depth_and_heave_in_their_period() {
     for density in [300.0, 500.0, 800.0] {
-        // A cube of edge 2: its middle is at y where the part below the surface weighs as much.
+        // A cube of edge 2 floats with its middle where the part below the surface displaces its weight.
         let rest = 1.0 - 2.0 * density / WATER;
         let place = Vector::Y * from_f64(rest);
         let collider = ColliderBuilder::cuboid(1.0, 1.0, 1.0).density(from_f64(density));
@@ -495,7 +494,7 @@ fn a_tilted_raft_rights_itself() {
     let exact = -WATER * G * (waterline - volume * depth) * tilt.sin();
     println!("righting torque {:.1}, exact {exact:.1}", torque.z);
     assert_at_most((torque.z / exact - 1.0).abs(), 0.15, "righting torque");
-    // With some drag it comes to lie flat.
+    // With drag the raft comes to rest flat.
     let (mut world, body) = one(Vector::ZERO, Rotation::from_rotation_z(0.3), raft());
     let tree = water().sum_union(Field::drag(4000.0, 0.0));
     let mut fields = Fields::new(tree).expect("a sound tree");
@@ -507,9 +506,9 @@ fn a_tilted_raft_rights_itself() {
     assert_at_most(1.0 - up.y, 1e-3, "flat");
 }
 
-/// What a body asks for goes before what fields leave open, and not before what they ask for.
+/// A body's own sampling applies to fields that set none, and does not override fields that set one.
 #[test]
-fn bodies_override_what_fields_leave_open() {
+fn a_bodys_sampling_applies_to_fields_that_set_none() {
     let (world, body) = one(
         Vector::X * 3.0,
         Rotation::IDENTITY,
@@ -597,7 +596,7 @@ fn plans_say_how_bodies_are_sampled() {
         .map(|entry| entry.cuts_at_borders)
         .collect();
     assert_eq!(cuts, [false, false, false, true, true], "{plan}");
-    // The counts it names are those of a cube.
+    // The plan names the counts for a cube.
     let (world, body) = one(
         Vector::ZERO,
         Rotation::IDENTITY,

@@ -1,5 +1,5 @@
-//! Trees as data, in any format: what is written comes back to the last bit; what was changed on
-//! the way is refused, or is a tree like any other, and nothing panics.
+//! Trees in every format of serde: written and read they are the same to the last bit; damaged bytes give an error or
+//! some other tree, and never a panic.
 use proptest::prelude::*;
 use rapier3d_fields::field::Registry;
 use rapier3d_fields::prelude::*;
@@ -11,7 +11,7 @@ use crate::support::formats::{FORMATS, Format};
 use crate::support::trees::{self, Numbers, TermPlan};
 use crate::support::worlds::{World, bodies};
 
-/// The wrenches on all bodies, bit for bit, and what is wrong with the others.
+/// For each body the bits of its wrench, or the error.
 fn wrenches(world: &World, tree: &Tree) -> Vec<Result<Option<[u64; 6]>, String>> {
     let fields = world.fields(tree);
     let handles: Vec<_> = world.physics.bodies.iter().map(|(body, _)| body).collect();
@@ -77,7 +77,7 @@ proptest! {
     }
 }
 
-/// Everything that the random trees lack: ends that are infinite, meshes and compounds, layers.
+/// A tree of rarer shapes and settings: infinite ends, an oriented mesh, a height field with a hole, a hull, layers.
 fn rarities() -> Tree {
     let mesh = SharedShape::cuboid(1.0, 2.0, 0.5);
     let (points, triangles) = mesh.as_cuboid().expect("a cuboid").to_trimesh();
@@ -106,7 +106,7 @@ fn rarities() -> Tree {
         .sum_union(push().within(ground))
 }
 
-/// Three heights along z, two along x, and a hole.
+/// Three heights along z, two along x, and half of a cell removed.
 fn hills() -> HeightField {
     let heights = [0, 3, 1, 2, -1, 4].map(|height| height as Real);
     let mut field = HeightField::new(Array2::new(3, 2, heights.to_vec()), Vector::splat(2.5));
@@ -134,7 +134,7 @@ fn closures_are_saved_by_name() {
     let named = || Tree::from(Field::closure_named("push", [], |_| Vector::X).named("wind"));
     for format in FORMATS {
         let error = format.write(&unnamed).expect_err("code without a name");
-        // Postcard has one word for all errors of types.
+        // Postcard has one message for all errors of types.
         let says = error.contains("closure without a name") || matches!(format, Format::Postcard);
         assert!(says, "{format:?}: {error}");
         let written = format.write(&named()).expect("a name");
@@ -160,7 +160,7 @@ fn setters_that_do_not_fit_are_not_saved() {
     assert!(error.contains("`softened` does not apply"), "{error}");
 }
 
-/// Structure that would make evaluators panic, or run forever.
+/// Structures that would make evaluators panic or loop forever.
 #[test]
 fn broken_structure_is_refused_when_it_is_read() {
     let leaf = serde_json::to_value(Tree::from(Field::uniform(Vector::X))).expect("a tree");
@@ -205,9 +205,9 @@ fn broken_structure_is_refused_when_it_is_read() {
     }
 }
 
-/// Parry panics where it works out the bounds of such a shape.
+/// Parry panics when it computes the bounds of a round shape with a negative border.
 #[test]
-fn round_shapes_need_a_border() {
+fn round_shapes_with_a_negative_border_are_refused() {
     for shape in [
         SharedShape::round_cuboid(1.0, 1.0, 1.0, 0.25),
         SharedShape::round_cylinder(1.0, 1.0, 0.25),
@@ -223,15 +223,15 @@ fn round_shapes_need_a_border() {
     }
 }
 
-/// Winds within winds are the one thing that nests: a short text must not exhaust the stack.
+/// Winds within winds are the only nesting in the data: a short text must not overflow the stack.
 #[test]
-fn winds_within_winds_have_an_end() {
+fn winds_nested_too_deep_are_refused() {
     let deep = (0..40).fold(Field::uniform(Vector::X), |flow, _| flow.as_wind(1.0, 0.0));
     let error = Format::Json
         .write(&Tree::from(deep))
         .expect_err("a deep wind");
     assert!(error.contains("winds within each other"), "{error}");
-    // By postcard, a wind within a wind is one byte: the number of the variant.
+    // In postcard, a wind within a wind is one byte: the number of the variant.
     let shallow = Tree::from(Field::uniform(Vector::X).as_wind(1.0, 0.0));
     let written = Format::Postcard.write(&shallow).expect("a wind");
     let mut refused = 0;
@@ -243,7 +243,7 @@ fn winds_within_winds_have_an_end() {
     assert!(refused > 0, "what follows a whole tree is not read");
 }
 
-/// Reads bytes that were changed, and steps what was read.
+/// Reads damaged bytes and steps the tree, if there is one; counts whether it was read, and whether it was stepped.
 fn survive(format: Format, bytes: &[u8]) -> [usize; 2] {
     let Ok(mut tree) = format.read::<Tree>(bytes) else {
         return [0, 0];
@@ -267,7 +267,7 @@ fn survive(format: Format, bytes: &[u8]) -> [usize; 2] {
 }
 
 #[test]
-fn changed_bytes_are_errors_or_trees() {
+fn damaged_bytes_give_an_error_or_a_tree() {
     use proptest::strategy::ValueTree;
     use proptest::test_runner::TestRunner;
     let mut runner = TestRunner::deterministic();
@@ -291,7 +291,7 @@ fn changed_bytes_are_errors_or_trees() {
             Operator::SumUnion,
             plan.iter().map(|term| term.term(&world)),
         );
-        // A step in rarities, which cut bodies along hills, takes long.
+        // A step with the tree of `rarities`, which cuts bodies along hills, takes long.
         for (tree, count) in [(random_tree, 20), (rarities(), 5)] {
             for format in FORMATS {
                 let whole = format.write(&tree).expect("what can be written");

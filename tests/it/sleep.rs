@@ -1,5 +1,5 @@
-//! Balanced is not at rest: what sinks or rises at its terminal velocity stays awake until it has arrived,
-//! and what rests on something sleeps.
+//! Bodies at their terminal velocity stay awake until they arrive, although the forces on them balance; bodies that
+//! rest on something sleep.
 
 use rapier3d_fields::math::{Real, from_f64, to_f64};
 use rapier3d_fields::prelude::*;
@@ -14,7 +14,7 @@ const SCHEMES: [Scheme; 3] = [
     Scheme::Auto { tolerance: 1e-3 },
 ];
 
-/// Under gravity, with a floor whose top is at y = −6.
+/// A world under gravity, with a floor whose top is at y = −6.
 fn basin() -> PhysicsWorld {
     let mut world = PhysicsWorld::new();
     world.gravity = Vector::Y * -G;
@@ -38,7 +38,7 @@ fn ball(world: &mut PhysicsWorld, place: Vector, density: Real) -> RigidBodyHand
         .0
 }
 
-/// How bodies of a density hang together.
+/// How the floating bodies are joined.
 #[derive(Clone, Copy, Debug)]
 enum Float {
     Single,
@@ -47,7 +47,7 @@ enum Float {
 }
 
 impl Float {
-    /// Two balls at a height, or one; all that there are of them.
+    /// Inserts one ball or two at a height, and returns them all.
     fn insert(self, world: &mut PhysicsWorld, height: Real, density: Real) -> Vec<RigidBodyHandle> {
         let mut at = |x| ball(world, Vector::new(x, height, 0.0), density);
         let joint = SphericalJointBuilder::new()
@@ -69,13 +69,13 @@ impl Float {
     }
 }
 
-/// A ball of density 1050 fell asleep in mid-water, jointed balls of 950 at step 30 ten metres down: slow was
-/// taken for at rest where forces balanced, and of what joints hold nothing was asked.
+/// A ball of density 1050 fell asleep in mid-water, jointed balls of density 950 at step 30, ten metres down: a slow
+/// body whose forces balance was taken for one at rest, and jointed bodies were not checked.
 #[test]
-fn what_sinks_or_rises_arrives() {
+fn bodies_that_sink_or_rise_stay_awake_until_they_arrive() {
     for scheme in SCHEMES {
         for float in [Float::Single, Float::Jointed, Float::Articulated] {
-            // 4.75 m at terminal velocities of g/2 times 0.01 and 0.05.
+            // 4.75 m at the terminal velocities, g/2 times 0.01 and 0.05.
             for (density, from, to, rate, seconds) in [
                 (1010.0, -1.0, -5.75, 60.0, 120.0),
                 (990.0, -5.0, -0.0, 60.0, 120.0),
@@ -98,8 +98,8 @@ fn what_sinks_or_rises_arrives() {
                         body.translation()
                     );
                     assert_at_most(off.abs(), 0.26, format_args!("{what}"));
-                    // `Kick` gives the buoyancy of a step at once, as an impulse by hand would, and gravity acts in
-                    // the course of the step: at the bottom that throws up a single ball by some millimetres.
+                    // `Kick` adds the buoyancy of a step at once, as an impulse, while gravity acts over the course of
+                    // the step: at the bottom a single ball bounces by some millimetres.
                     let bobs = matches!((scheme, float), (Scheme::Kick, Float::Single));
                     assert!(body.is_sleeping() || bobs, "{what}");
                 }
@@ -108,9 +108,9 @@ fn what_sinks_or_rises_arrives() {
     }
 }
 
-/// A ball falling in air at its terminal velocity of 0.054 m/s fell asleep there.
+/// A ball that fell in air at its terminal velocity of 0.054 m/s fell asleep.
 #[test]
-fn what_falls_slowly_goes_on_falling() {
+fn a_ball_at_its_terminal_velocity_stays_awake() {
     for scheme in SCHEMES {
         let mut world = PhysicsWorld::new();
         world.gravity = Vector::Y * -G;
@@ -130,7 +130,7 @@ fn what_falls_slowly_goes_on_falling() {
     }
 }
 
-/// A car with four wheels, and after how many steps it slept, and how far it went in 15 s.
+/// Parks a car with four wheels for 15 s: the step after which it slept, and how far it moved after the first second.
 fn park(wind: Option<Scheme>) -> (Option<usize>, f64) {
     let mut world = PhysicsWorld::new();
     world.gravity = Vector::Y * -G;
@@ -183,8 +183,8 @@ fn park(wind: Option<Scheme>) -> (Option<usize>, f64) {
     (asleep, to_f64(moved.length()))
 }
 
-/// A parked car in a steady wind never slept and crept 0.15 m in 15 s, where the same force of the user's
-/// lets it sleep: what a vehicle's wheels take was no contact.
+/// A parked car in a steady wind never slept and crept 0.15 m in 15 s, while it sleeps under the same force of the
+/// user: the wheels of a vehicle were not counted as contacts.
 #[test]
 fn a_parked_car_sleeps_in_the_wind() {
     let (alone, crept) = park(None);
@@ -196,7 +196,7 @@ fn a_parked_car_sleeps_in_the_wind() {
     }
 }
 
-/// Two jointed balls that a weak uniform field accelerates from rest slept after half a second.
+/// Two jointed balls that a weak uniform field accelerates from rest fell asleep after half a second.
 #[test]
 fn jointed_bodies_in_a_weak_field_stay_awake() {
     for scheme in SCHEMES {
@@ -214,13 +214,13 @@ fn jointed_bodies_in_a_weak_field_stay_awake() {
     }
 }
 
-/// A raft slept 10.3 s after its launch, and 48 s after in water that slows it by one a second: whoever moved by
+/// A raft fell asleep 10.3 s after its launch, and after 48 s in water with a drag rate of 1/s: a body that moved by
 /// more than a rounding was kept awake.
 #[test]
-fn what_bobs_falls_asleep() {
+fn floats_that_bob_fall_asleep() {
     let raft = || SharedShape::cuboid(1.0, 0.25, 1.0);
     let buoy = || SharedShape::ball(0.5);
-    // So high that six tenths of them are under water.
+    // The heights at which six tenths of the volume are under water.
     let barge = || SharedShape::cuboid(4.0, 0.5, 4.0);
     let floats = [(raft(), -0.05), (buoy(), -0.06707), (barge(), -0.1)];
     for scheme in SCHEMES {
@@ -239,7 +239,7 @@ fn what_bobs_falls_asleep() {
                     time += 1.0 / 60.0;
                     assert!(time < seconds, "{scheme:?}, {slowed}: awake");
                 }
-                // A tenth of Rapier's allowed error, and the last digit of the heights above.
+                // A tenth of Rapier's allowed error, plus the last digit of the heights above.
                 let off = to_f64(world.bodies[float].translation().y) - height;
                 assert_at_most(off.abs(), 5.1e-4, format_args!("{scheme:?}, {slowed}"));
             }
@@ -247,9 +247,9 @@ fn what_bobs_falls_asleep() {
     }
 }
 
-/// What hardly bobs while it slowly falls over is not frozen on its way.
+/// A log that slowly falls over hardly bobs, and must not fall asleep on the way.
 #[test]
-fn what_falls_over_lies_before_it_sleeps() {
+fn a_log_that_falls_over_lies_flat_before_it_sleeps() {
     let mut world = basin();
     let start = RigidBodyBuilder::dynamic().translation(Vector::Y);
     let log = ColliderBuilder::capsule_y(0.5, 0.3).density(600.0);
@@ -267,9 +267,9 @@ fn what_falls_over_lies_before_it_sleeps() {
     assert!(upright < 0.05, "asleep after {steps} steps at {upright}");
 }
 
-/// A force that turns a body back ever again, within less than what bobs may, slept for a step at each turn.
+/// A body that a force shakes by less than a sleeping float may bob fell asleep for one step at each turning point.
 #[test]
-fn what_a_force_shakes_stays_awake() {
+fn a_body_that_a_force_shakes_stays_awake() {
     let mut world = weightless(1.0 / 60.0);
     let (shaken, _) = world.insert(RigidBodyBuilder::dynamic(), ColliderBuilder::ball(0.5));
     // Twice a second, by 6e-5 to either side.
@@ -282,8 +282,8 @@ fn what_a_force_shakes_stays_awake() {
     }
 }
 
-/// The velocities of a ball after each of three steps. It came to where a field acts while all others slept: woken and
-/// put there, in the place of another body, or added.
+/// The velocities along y of a ball after each of three steps in a field, while all others sleep. The ball was woken
+/// and moved there, inserted in place of a removed body, or added.
 fn arrived(sleepers: usize, how: &str, field: &Field, scheme: Scheme) -> [Real; 3] {
     let mut world = weightless(1.0 / 60.0);
     let ball = |place: Vector| RigidBodyBuilder::dynamic().translation(place);
@@ -315,9 +315,9 @@ fn arrived(sleepers: usize, how: &str, field: &Field, scheme: Scheme) -> [Real; 
     })
 }
 
-/// Before: where most bodies sleep, a body that was woken or swapped between two steps missed one step of all fields.
+/// Where most bodies slept, a body that was woken or swapped between two steps missed all fields for one step.
 #[test]
-fn what_wakes_among_sleepers_misses_no_field() {
+fn a_body_that_wakes_among_sleepers_misses_no_field() {
     let zone = Region::ball(5.0);
     let push = Field::uniform(Vector::Y * 12.0).within(zone.clone());
     let parts = push.clone().sampled(Sampling::Volume);
@@ -346,7 +346,6 @@ fn what_wakes_among_sleepers_misses_no_field() {
     }
 }
 
-/// A fraction that no change is compared with.
 #[test]
 fn a_fraction_that_is_no_number_or_negative_is_refused() {
     for fraction in [Real::NAN, -1.0] {

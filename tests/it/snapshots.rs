@@ -1,5 +1,5 @@
-//! A run that is interrupted, saved and restored goes on as the one that was not, bit for bit: the
-//! world by Rapier's own serialisation, its fields by a snapshot.
+//! A run that is saved and restored goes on bit for bit like the uninterrupted one: the world by Rapier's own serde,
+//! its fields by a snapshot.
 
 use std::time::{Duration, Instant};
 
@@ -14,7 +14,7 @@ use crate::support::formats::{FORMATS, Format};
 
 type Run = (PhysicsWorld, Fields);
 
-/// As bytes and back, with a fresh pipeline. Rapier's own world is in a format that it can read.
+/// The run, written and read again, with a fresh pipeline. Rapier's world is always in postcard, which it can read.
 fn restored((world, fields): &Run, format: Format) -> Run {
     let world = Format::Postcard.write(world).expect("what can be written");
     let world = Format::Postcard.read(&world).expect("what was written");
@@ -29,7 +29,7 @@ fn step((world, fields): &mut Run) {
     fields.step(world).expect("a step");
 }
 
-/// What a step leaves behind, beyond the state of the bodies.
+/// Results of the last step besides the state of the bodies.
 fn results((world, fields): &Run) -> Vec<u64> {
     let handles = world.bodies.iter().map(|(handle, _)| handle);
     let wrenches = handles.filter_map(|body| fields.wrench(body));
@@ -39,7 +39,7 @@ fn results((world, fields): &Run) -> Vec<u64> {
     bits.chain([contacts, fields.time().to_bits()]).collect()
 }
 
-/// Interrupts a run after so many steps each, and compares for as many.
+/// Saves and restores a run after each of these numbers of steps, and compares until `steps` after the last.
 #[track_caller]
 fn goes_on(what: &str, build: impl Fn() -> Run, interrupted_after: &[usize], steps: usize) {
     let mut whole = build();
@@ -68,7 +68,7 @@ fn ammonia(scheme: Scheme, detection: Detection) -> Run {
         ..AmmoniaSettings::default()
     };
     let scene = settings.build().expect("valid settings");
-    // The others are refused where fields answer hits.
+    // These are refused where fields answer hits, unless all fields are constant.
     let one = [
         Scheme::Kick,
         Scheme::ExternalForce,
@@ -98,7 +98,7 @@ fn schemes() -> [Scheme; 7] {
 }
 
 #[test]
-fn molecules_under_every_scheme() {
+fn molecules_are_restored_under_every_scheme() {
     for scheme in schemes() {
         let build = || ammonia(scheme, Detection::Discrete);
         goes_on(&format!("{scheme:?}"), build, &[0, 1, 40], 40);
@@ -106,7 +106,7 @@ fn molecules_under_every_scheme() {
 }
 
 #[test]
-fn swept_detection_and_impulses() {
+fn swept_detection_and_impulses_are_restored() {
     let build = || ammonia(Scheme::KickDriftKick, Detection::Swept);
     goes_on("ammonia", build, &[7, 60], 60);
     let build = || {
@@ -125,10 +125,10 @@ fn swept_detection_and_impulses() {
     goes_on("spheres", build, &[1, 50, 133], 200);
 }
 
-/// Fields that read velocities begin a step with what they saw at the end of the last, before its
-/// second half kick: no evaluation of the restored world would give that again.
+/// Where fields read velocities, a step begins with the evaluation of the end of the last step, before its second half
+/// kick: evaluating the restored world would give another.
 #[test]
-fn forces_that_read_velocities() {
+fn forces_that_read_velocities_are_restored() {
     for scheme in schemes() {
         let build = || {
             let mut world = PhysicsWorld::new();
@@ -151,10 +151,10 @@ fn forces_that_read_velocities() {
     }
 }
 
-/// A body at rest sleeps on a floor in a field that changes little, until it changes more: what it
-/// fell asleep under must be known after the interruption, too.
+/// Bodies sleep on a floor in a field that changes little, until it changes more: the wrench under which they fell
+/// asleep must be restored, too.
 #[test]
-fn sleeping_bodies_and_when_they_wake() {
+fn sleeping_bodies_are_restored_and_wake_alike() {
     let build = || {
         let mut world = PhysicsWorld::new();
         world.insert(
@@ -169,7 +169,7 @@ fn sleeping_bodies_and_when_they_wake() {
             ));
             world.insert(body, ColliderBuilder::cuboid(0.5, 0.5, 0.5));
         }
-        // Grows by a thousandth of itself in each unit of time.
+        // 1 until time 2, then a ramp to 10 at time 4.
         let slowly = Scalar::axis("time").ramp(-100.0, 0.0).plus(
             Scalar::axis("time")
                 .ramp(2.0, 4.0)
@@ -194,7 +194,7 @@ fn sleeping_bodies_and_when_they_wake() {
 }
 
 #[test]
-fn a_flock_with_path_gust_and_contacts() {
+fn a_flock_with_path_gust_and_contacts_is_restored() {
     let build = || {
         let flock = FlockSettings {
             gust_start: 0.2,
@@ -207,7 +207,7 @@ fn a_flock_with_path_gust_and_contacts() {
 }
 
 #[test]
-fn sampling_within_bodies_and_stiff_wells() {
+fn sampling_within_bodies_and_stiff_wells_are_restored() {
     let build = |scheme| {
         move || {
             let mut world = PhysicsWorld::new();
@@ -236,9 +236,9 @@ fn sampling_within_bodies_and_stiff_wells() {
     }
 }
 
-/// Bodies that were removed and added leave handles of other generations.
+/// After a body was removed and another added, handles have other generations.
 #[test]
-fn handles_of_any_generation() {
+fn handles_of_any_generation_are_restored() {
     let build = || {
         let (mut world, _) = ammonia(Scheme::Kick, Detection::Discrete);
         let first = world.bodies.iter().nth(3).expect("many bodies").0;
@@ -255,14 +255,14 @@ fn handles_of_any_generation() {
 }
 
 #[test]
-fn code_is_refused_by_name() {
+fn closures_without_a_name_are_not_written() {
     let field = Field::closure([], |_: &rapier3d_fields::Sample| Vector::X).named("mine");
     let fields = Fields::new(field).expect("a valid tree");
     for format in FORMATS {
         let error = format
             .write(&fields.set)
             .expect_err("a closure without a name");
-        // Postcard's errors have no words.
+        // Postcard's errors have no details.
         let told = format == Format::Postcard || error.contains("closure");
         assert!(told, "{format:?}: {error}");
     }
@@ -280,7 +280,7 @@ fn a_damaged_snapshot_is_an_error_or_runs() {
             let read: Result<Parts, _> = format.read(&saved[..cut]);
             assert!(read.is_err(), "{format:?}, cut after {cut} bytes");
         }
-        // In another world its anchors are not there.
+        // The anchors of these fields do not exist in another world.
         let (set, settings, state): Parts = format.read(&saved).expect("what was written");
         let mut empty = PhysicsWorld::new();
         let mut fields = Fields::from_parts(set, settings, state).expect("sound parts");
@@ -291,11 +291,11 @@ fn a_damaged_snapshot_is_an_error_or_runs() {
     }
 }
 
-/// 95daff4: `StepError::State` without a word, paces below zero or NaN were taken for sound, and a step from one
-/// took 70 s. Now the value is named; what is finite and in order runs, in no more than a second a step, whatever the
+/// At commit 95daff4 `StepError::State` had no text, paces below zero or NaN were accepted, and a step from one took 70
+/// s. Now the error names the value, and a state that is finite and in order runs, in at most a second a step, in every
 /// format.
 ///
-/// `DAMAGED=20000` tries as many.
+/// `DAMAGED=20000` tries 20,000 states.
 #[test]
 fn a_damaged_state_is_refused_or_runs() {
     let tried = std::env::var("DAMAGED").ok().and_then(|it| it.parse().ok());
@@ -341,7 +341,7 @@ fn a_damaged_state_is_refused_or_runs() {
     }
 }
 
-/// The value at a path of names and places.
+/// The value at a path of names and indices, separated by dots.
 fn at<'a>(value: &'a mut Value, path: &str) -> &'a mut Value {
     path.split('.').fold(value, |value, name| match value {
         Value::Map(entries) => {
@@ -357,7 +357,7 @@ fn at<'a>(value: &'a mut Value, path: &str) -> &'a mut Value {
     })
 }
 
-/// The first number with a fraction in a value, however deep.
+/// The first floating-point number in a value, at any depth.
 fn first_float(value: &mut Value) -> Option<&mut f64> {
     match value {
         Value::Float(number) => Some(number),
@@ -386,7 +386,7 @@ fn refused(run: &Run, what: &str, damage: impl FnOnce(&mut Value)) -> String {
     error.to_string()
 }
 
-/// A stiff well, a drag, molecules that turn.
+/// Molecules that turn, in a stiff well and a drag.
 fn stiff_run(scheme: Scheme) -> Run {
     let mut run = ammonia(scheme, Detection::Discrete);
     let well = Field::spring(4e5).within(Region::ball(20.0));
@@ -398,9 +398,9 @@ fn stiff_run(scheme: Scheme) -> Run {
     run
 }
 
-/// What no step leaves behind is refused, and named with its value.
+/// A state that no step can leave is refused, and the error names the value.
 #[test]
-fn a_state_that_no_step_leaves_is_named() {
+fn a_state_that_no_step_can_leave_is_refused_by_value() {
     let run = stiff_run(Scheme::Auto { tolerance: 1e-3 });
     type Damage = fn(&mut Value);
     let damages: [(&str, Damage); 6] = [
@@ -425,7 +425,7 @@ fn a_state_that_no_step_leaves_is_named() {
     }
 }
 
-/// A body on a floor that bounces, led by a field on a kinematic one.
+/// A box on a floor that bounces, drawn by a spring on a kinematic body.
 fn bouncing_run() -> Run {
     let mut world = PhysicsWorld::new();
     let floor = RigidBodyBuilder::fixed();
@@ -454,9 +454,9 @@ fn parked_run() -> Run {
     (world, fields)
 }
 
-/// A single number that is NaN is refused, and the list that has it named.
+/// One NaN in a state is refused, and the error names the list that holds it.
 #[test]
-fn a_number_that_is_nan_is_named() {
+fn a_nan_in_a_state_is_refused_by_the_name_of_its_list() {
     let nan_in = |run: &Run, path: &str| {
         let error = refused(run, path, |value| {
             let number = first_float(at(value, path));

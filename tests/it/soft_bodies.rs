@@ -7,7 +7,7 @@ use crate::support::{assert_at_most, assert_close, build};
 
 const GRAVITY: f64 = 9.81;
 const RATES: [f64; 2] = [60.0, 240.0];
-/// The drag of a step, k·dt.
+/// Drag rate times time step, k·dt.
 const NUMBERS: [f64; 7] = [1e-3, 0.05, 0.33, 3.0, 33.0, 333.0, 1e4];
 const SCHEMES: [Scheme; 3] = [
     Scheme::KickDriftKick,
@@ -50,12 +50,12 @@ fn kinds() -> impl Iterator<Item = (&'static str, SoftBodyBuilder, Scheme)> {
     })
 }
 
-/// Of a place within a metre of the origin, in a step: half of its last digit in each of four iterations.
+/// The rounding of positions within 1 m of the origin in a step: half a last digit in each of four iterations.
 fn rounding() -> f64 {
     4.0 * 0.25 * to_f64(Real::EPSILON)
 }
 
-/// The means of the places and velocities of the particles, by mass.
+/// The mean position and velocity of the particles, by mass.
 fn means(world: &PhysicsWorld, handle: SoftBodyHandle) -> [DVec3; 2] {
     let soft = &world.soft_bodies[handle];
     let sum = |of: fn(&SoftBodyParticle) -> Vector| {
@@ -73,9 +73,9 @@ fn drag(rate: f64) -> Field {
     Field::drag(from_f64(rate), 0.0).force_mode(ForceMode::Acceleration)
 }
 
-/// At k·dt = 33 the drag threw cloth at thousands of metres per second; below, it did not see what gravity
-/// adds within the step, and the way was off by g·dt/2. Due: v = g/k (1 − exp(−k t)), and the way that
-/// follows, which Rapier's iterations make longer by their half.
+/// At k·dt = 33 the drag threw cloth at thousands of metres per second; at less it left out the velocity that gravity
+/// adds within the step, and the motion was off by g·dt/2. Expected: v = g/k (1 − exp(−k t)), and the distance that
+/// follows, which Rapier's iterations lengthen by half of one.
 #[test]
 fn soft_bodies_fall_through_drag_as_in_closed_form() {
     for (kind, builder, scheme) in kinds() {
@@ -107,8 +107,8 @@ fn soft_bodies_fall_through_drag_as_in_closed_form() {
     }
 }
 
-/// Wind of 5 m/s at k·dt = 33 threw cloth at 6,183 m/s, at 333 at 65,433. Due: never faster than the wind
-/// and what gravity adds, and u + g/k in the end.
+/// Wind of 5 m/s at k·dt = 33 threw cloth at 6,183 m/s, at 333 at 65,433. Expected: never faster than the wind and the
+/// velocity that gravity adds, and u + g/k in the end.
 #[test]
 fn wind_of_any_strength_carries_soft_bodies_along() {
     for (kind, builder, scheme) in kinds() {
@@ -136,8 +136,8 @@ fn wind_of_any_strength_carries_soft_bodies_along() {
     }
 }
 
-/// Cloth and blocks fell through pools at 98 m/s, as if there were none. Due: (g/k) (1 − ρ V/m), with the
-/// volume of the cells for blocks, and none for cloth.
+/// Cloth and blocks fell through pools at 98 m/s, as if there were none. Expected: (g/k) (1 − ρ V/m), with the volume
+/// of the cells for blocks, and none for cloth.
 #[test]
 fn soft_bodies_sink_in_pools_at_their_terminal_velocity() {
     for (rate, scheme) in RATES
@@ -179,8 +179,8 @@ fn soft_bodies_sink_in_pools_at_their_terminal_velocity() {
     }
 }
 
-/// Nothing was displaced. Due: the weight of what the cells fill or a closed surface encloses, shared out
-/// to the particles without loss.
+/// Soft bodies displaced nothing. Expected: the weight of the volume that their cells fill or their closed surface
+/// encloses, shared out to the particles without loss.
 #[test]
 fn particles_displace_the_volume_of_their_body() {
     let ball = SoftBodyBuilder::sphere(Vector::ZERO, 0.7, 2);
@@ -199,7 +199,7 @@ fn particles_displace_the_volume_of_their_body() {
     }
 }
 
-/// It sank. Due: half of a block of half the density of the fluid is in it.
+/// The block sank. Expected: a block of half the density of the fluid floats half submerged.
 #[test]
 fn a_light_block_floats() {
     let mut world = world(60.0);
@@ -210,13 +210,13 @@ fn a_light_block_floats() {
         fields.step(&mut world).expect("a finite step");
     }
     let [place, velocity] = means(&world, soft);
-    // Three layers of particles, each a ball: not half to the last digit.
+    // The block is three layers of particles, each a ball, so not exactly half.
     assert_at_most(place.y.abs(), 0.05, "the middle is at the surface");
     assert_at_most(velocity.length(), 0.01, "at rest");
 }
 
-/// Held by a pin, a particle hangs at tan θ = k u/g. A load is the mean over the step of the force on a
-/// free particle, so what is held feels less, by k·dt/2.
+/// A particle on a pinned rope hangs at tan θ = k u/g. The load is the mean over the step of the force on a free
+/// particle, so a held particle gets less, by k·dt/2.
 #[test]
 fn a_pinned_particle_hangs_in_the_wind() {
     let (rate, k, speed) = (240.0, 4.0, 2.0);
@@ -238,9 +238,9 @@ fn a_pinned_particle_hangs_in_the_wind() {
     assert_eq!(fields.warnings(), [], "less than a hundredth");
 }
 
-/// A pinned rope in a wind of a given pull stretches less the longer the step: by the share that is told.
+/// A pinned rope in a wind of constant pull stretches less as k·dt grows: by the share that the warning states.
 #[test]
-fn pinned_particles_that_lack_force_are_told() {
+fn a_warning_states_the_force_that_pinned_particles_lack() {
     let rate = 60.0;
     let mut whole = 0.0;
     for x in [0.001, 0.1, 1.0, 10.0] {
@@ -273,8 +273,7 @@ fn pinned_particles_that_lack_force_are_told() {
     assert!(whole > 0.01, "no wind: {whole}");
 }
 
-/// What drag puts on top of a user's forces is taken away after the step, bit for bit; also after a step
-/// that was never finished.
+/// Drag is added to a user's forces and removed after the step, bit for bit; also after a step that was never finished.
 #[test]
 fn users_keep_their_forces() {
     let mut world = world(60.0);
@@ -297,8 +296,7 @@ fn users_keep_their_forces() {
     assert_eq!(forces(&world), before);
 }
 
-/// The same where the body is torn within the step: then its particles are others, and some belong to
-/// another body.
+/// The same where the body is torn within the step: then it has other particles, and some belong to another body.
 #[test]
 fn users_keep_their_forces_on_torn_bodies() {
     let mut world = world(60.0);

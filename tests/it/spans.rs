@@ -13,11 +13,11 @@ use tracing::{Event, Metadata, Subscriber};
 struct Seen {
     names: Vec<&'static str>,
     open: Vec<usize>,
-    /// Each span that was entered, after the one that it is in.
+    /// For each span that was entered, the names of the open spans down to it.
     paths: Vec<Vec<&'static str>>,
 }
 
-/// Listens to one thread, for other tests make steps at the same time.
+/// Listens to one thread, since other tests step at the same time.
 #[derive(Clone)]
 struct Listener(Arc<Mutex<Seen>>, ThreadId);
 
@@ -67,7 +67,7 @@ fn step() {
 
 #[test]
 fn a_step_has_spans_for_its_stages() {
-    // Of all threads: a span that a thread without a listener meets first would be switched off in all.
+    // Global, since a span that a thread without a listener meets first would be disabled for all threads.
     let listener = Listener(Arc::default(), thread::current().id());
     set_global_default(listener.clone()).expect("the only one");
     step();

@@ -1,5 +1,5 @@
-//! Fields too stiff for the step: what damps must damp, what chooses must choose well, and what
-//! cannot cope must say so.
+//! Fields too stiff for the step: schemes that damp lose energy, adaptive schemes keep their tolerance, the others
+//! warn.
 
 use rapier3d_fields::math::{DVec3, Real, from_dvec3, from_f64, to_dvec3, to_f64};
 use rapier3d_fields::prelude::*;
@@ -84,12 +84,12 @@ fn linearly_implicit_never_gains_energy() {
     assert_eq!(count, 75);
 }
 
-/// Some roundings, of what is of size one.
+/// Some roundings of a number of order one.
 fn rounding() -> f64 {
     10.0 * to_f64(Real::EPSILON)
 }
 
-/// The energy of kick-drift-kick swings within its tolerance; beyond that nothing is gained.
+/// The energy of kick-drift-kick oscillates within the tolerance, and grows no further.
 #[test]
 fn auto_never_gains_energy() {
     let mut worst = 0.0_f64;
@@ -107,13 +107,13 @@ fn auto_never_gains_energy() {
     println!("most energy: {worst}");
 }
 
-/// Where nothing is so stiff that it has to damp, `Auto` also follows the motion.
+/// Where the well is not so stiff that `Auto` must damp, it also follows the motion.
 #[test]
-fn auto_follows_what_it_can() {
+fn auto_follows_wells_that_it_need_not_damp() {
     for case in starts(WELLS) {
         let row = case[0];
         let (w, h, zeta) = (row.number("w"), row.number("w_dt"), row.number("zeta"));
-        // dt·ω of 32 substeps, and the damping number 2 ζ dt·ω, within the tolerance.
+        // Up to here 32 substeps keep dt·ω, and the damping number 2 ζ dt·ω, within the tolerance.
         if h > 1.9 || zeta > 1.0 {
             continue;
         }
@@ -126,15 +126,15 @@ fn auto_follows_what_it_can() {
             let n = expected.number("n");
             let [x, v] = states[n as usize - 1];
             let off = (x - expected.number("x") / size).hypot(v - expected.number("v") / w / size);
-            // The state of velocity Verlet is off by the swing of the energy, and its phase by
-            // (dt·ω)²/24 of it; drag by no more.
+            // Velocity Verlet is off by the oscillation of its energy, and in phase by a share of (dt·ω)²/24; drag adds
+            // no more.
             let bound = TOLERANCE * (1.0 + n * h / 6.0) + n * rounding();
             assert_at_most(off, bound, format!("dt·ω = {h}, ζ = {zeta}, step {n}"));
         }
     }
 }
 
-/// What the test of energies can notice.
+/// Shows that the test of energies can fail.
 #[test]
 fn kick_drift_kick_explodes_beyond_its_limit() {
     for case in starts(WELLS) {
@@ -148,8 +148,8 @@ fn kick_drift_kick_explodes_beyond_its_limit() {
 
 // Drag.
 
-/// Speeds of a ball in drag along the way it started on, after each of 50 steps, in units of its
-/// first speed relative to the medium; `limit`: the velocity it tends to.
+/// Velocities of a ball in drag relative to `limit`, its terminal velocity, at the start and after each of 50 steps,
+/// over the first of these speeds.
 fn slow(row: Row<'_>, law: &str, scheme: Scheme) -> Vec<DVec3> {
     let mut world = unbounded(row.number("dt"));
     let (x, v, g) = (
@@ -180,7 +180,7 @@ fn slow(row: Row<'_>, law: &str, scheme: Scheme) -> Vec<DVec3> {
     left
 }
 
-/// The rows of the drag file with their law, which is a word.
+/// The first row of each case of the drag file, with its law, which is a word.
 fn drags() -> Vec<(String, Row<'static>)> {
     let text = include_str!("../data/h_stiff/drag.csv");
     let mut laws = Vec::new();
@@ -213,7 +213,7 @@ fn drag_is_monotone_at_any_step() {
                     "{law}, {scheme:?}, k·dt = {}, step {step}",
                     row.number("k_dt")
                 );
-                // What is left may be rounding of a velocity much larger.
+                // The rest may be the rounding of a much larger velocity.
                 let slack = rounding() * (1.0 + row.vector("g", "").length() / row.number("k"));
                 assert!(is <= was + slack, "{place}: {is} after {was}");
                 assert!(is >= -slack, "{place}: beyond, {is}");
@@ -245,7 +245,7 @@ fn stiffness_is_that_of_the_closed_form() {
     assert_close(to_f64(report.dt_omega), 0.05, bound, "√(100/4) dt");
     assert_close(to_f64(report.dt_damping), 0.03, bound, "12/4 dt");
     assert_close(to_f64(report.dt_gyration), 0.04, bound, "2·8/4 dt");
-    // Eigenvalues of the map of a step with half kicks exp(½ h (−3 + 4i)), in the plane that turns.
+    // From the eigenvalues of the map of a step with half kicks exp(½ h (−3 + 4i)), in the plane that turns.
     let largest = to_f64(report.largest_stable_dt);
     assert_close(
         largest,
@@ -307,7 +307,7 @@ fn a_stiff_well_is_warned_of_and_an_edge_is_not() {
     assert_close(to_f64(dt_omega), 1.5, 1e-4, "dt·ω");
     assert_close(to_f64(largest_stable_dt), 2.0 / 15.0, 1e-5, "2/ω");
 
-    // Into a wind that changes the force by as much as a stiff well would.
+    // A ball enters a wind: its force changes by as much as in a stiff well.
     let mut world = unbounded(0.1);
     insert_ball(&mut world, 1.0, Vector::X * -0.05, Vector::X);
     let wind = Field::uniform(Vector::X * 500.0).within(Region::half_space(-Vector::X, 0.0));
@@ -319,7 +319,7 @@ fn a_stiff_well_is_warned_of_and_an_edge_is_not() {
 }
 
 #[test]
-fn what_rapier_would_cut_down_is_reported() {
+fn speeds_that_rapier_would_cap_are_reported() {
     let mut world = weightless(0.1);
     let fast = insert_ball(&mut world, 1.0, Vector::ZERO, Vector::ZERO);
     let body = RigidBodyBuilder::dynamic()
@@ -348,7 +348,7 @@ fn what_rapier_would_cut_down_is_reported() {
         |warning| matches!(warning, StepWarning::RotationCapped { body, .. } if *body == turning),
     );
     assert!(speed_is_reported && rotation_is_reported, "{warnings:?}");
-    // So it is; and it has left the field.
+    // Rapier caps the speed, and the ball has left the field.
     assert_close(to_f64(world.bodies[fast].linvel().x), 400.0, 1e-2, "speed");
 }
 
@@ -375,7 +375,7 @@ fn schemes_with_numbers_out_of_range_are_refused() {
 
 // Choice.
 
-/// A calm well and a stiff one, in one world: each body gets what it needs.
+/// A calm well and a stiff one in one world: `Auto` substeps the stiff one, and moves the calm one by kick-drift-kick.
 #[test]
 fn auto_chooses_body_by_body() {
     let mut world = unbounded(1.0 / 64.0);

@@ -60,7 +60,7 @@ fn check_pair(field: Field, row: Row<'_>, name: &str, scales: [f64; 2]) -> bool 
                 matches!(error, StepError::NonFinite { .. }),
                 "{name} at {r}: {error}"
             );
-            // F/r, and a product on the way to it, are larger than F.
+            // The overflow may be that of F/r, or of a product on the way to F.
             let largest = scales[0] / r * 2.0;
             assert!(
                 overflows(largest),
@@ -110,7 +110,7 @@ fn coulomb_pairs_are_right_at_all_distances() {
     }
 }
 
-/// A ball of unit mass and charge `charge`, moved to time `t` in so many steps.
+/// A ball of unit mass and charge `charge`, moved to time `t` in `steps` steps: its position and velocity.
 fn moved(tree: &Tree, start: (DVec3, DVec3), charge: f64, t: f64, steps: u32) -> (DVec3, DVec3) {
     let mut world = weightless(from_f64(t / f64::from(steps)));
     let (position, velocity) = start;
@@ -144,8 +144,7 @@ impl Case<'_> {
         self.end.number("t")
     }
 
-    /// Distance from the closed form in phase space, places times the rate, over the largest
-    /// speed.
+    /// Distance from the closed form in phase space, positions times the rate, over the largest speed.
     fn error(&self, steps: u32) -> f64 {
         let (x, v) = moved(&self.tree, self.start(), self.charge, self.time(), steps);
         let (x1, v1) = (self.end.vector("", ""), self.end.vector("v", ""));
@@ -164,11 +163,11 @@ impl Case<'_> {
         [1, 2, 4, 8].map(|factor| self.error(first.max(2) * factor))
     }
 
-    /// In `f64` second order; in `f32` the error of the coarsest run at least, besides rounding.
+    /// In `f64` checks for second order, in `f32` that the coarsest run is within its truncation error and rounding.
     fn check(&self, fraction: f64, what: &str) {
         if size_of::<Real>() == 4 {
             let steps = (self.rate * self.time() / fraction).ceil().max(2.0);
-            // Each step rounds place and velocity; rounded places count by the rate.
+            // Each step rounds position and velocity; rounded positions count by the rate.
             let place = self
                 .end
                 .vector("", "")

@@ -1,4 +1,4 @@
-//! The study: its arithmetic on known numbers, and its cases against what theory says of them.
+//! The study of schemes: its arithmetic on known numbers, and its cases against theory.
 
 use crate::lab::cases::{
     self, Case, Effort, Filed, Galperin, Impacts, LongGas, Motion, PRECISION, leave_out,
@@ -22,7 +22,7 @@ fn run(case: &dyn Case, method: Method, dt: f64) -> Run {
         .expect("a method and a step of the case")
 }
 
-/// A run of a case that is not there, of some error and some cost.
+/// A run of an invented case, with a given error and cost.
 fn made_up(method: Method, dt: f64, error: f64, cost: f64) -> Run {
     Run {
         case: "made up".to_owned(),
@@ -59,7 +59,7 @@ fn the_order_of_a_power_law_is_its_exponent() {
 }
 
 #[test]
-fn what_says_nothing_of_the_order_is_left_out() {
+fn errors_that_do_not_show_the_order_are_left_out() {
     // Far off, then order 2, then rounding at 1e-6.
     let step = halvings(1.0, 14);
     let error = |dt: &f64| if *dt > 0.3 { 0.9 } else { (dt * dt).max(1e-6) };
@@ -154,7 +154,7 @@ fn times_are_summed_up_by_quartiles() {
 }
 
 #[test]
-fn runs_survive_the_file() {
+fn runs_are_the_same_after_writing_and_reading() {
     let mut runs: Vec<Run> = [0.1, 1.0 / 3.0]
         .map(|dt| made_up(Method::Kick, dt, dt / 7.0, dt))
         .to_vec();
@@ -181,7 +181,7 @@ fn a_file_that_cannot_be_read_says_where() {
 }
 
 #[test]
-fn what_does_not_fit_a_case_is_an_error() {
+fn methods_and_steps_that_do_not_fit_a_case_are_errors() {
     let error = spring().run(Method::PaperLaw, 0.125).unwrap_err();
     assert_eq!(
         error.to_string(),
@@ -200,7 +200,7 @@ fn what_does_not_fit_a_case_is_an_error() {
     assert_eq!(error.to_string(), "the table has no sample 51");
 }
 
-/// Order of the state error at the end, from some steps in a period on.
+/// Order of the error of the final state over three halvings of the step, from `steps_per_period` on.
 fn spring_order(method: Method, steps_per_period: f64) -> f64 {
     let runs = halvings(1.0 / steps_per_period, 4)
         .into_iter()
@@ -223,7 +223,7 @@ fn the_spring_shows_the_order_of_each_scheme() {
         "KickDriftKick",
     );
     assert_close(spring_order(Method::Kick, 256.0), 1.0, 0.15, "Kick");
-    // Their growth, e^(3/16 dt ω² t), is first-order only where it is small.
+    // Their amplitude grows by e^(3/16 dt ω² t), which is of first order only where it is small.
     assert_close(
         spring_order(Method::ExternalForce, 1024.0),
         1.0,
@@ -240,8 +240,8 @@ fn the_spring_shows_the_order_of_each_scheme() {
 
 #[test]
 fn only_the_kicks_keep_the_energy_of_the_spring() {
-    // Theory: the energy of Rapier's channel with 4 solver iterations grows by the factor
-    // 1 + 3 h²/8 per step, h = dt ω.
+    // Theory: under a force given to Rapier, with 4 solver iterations, the energy grows by the factor 1 + 3 h²/8 per
+    // step, h = dt ω.
     let dt: f64 = 1.0 / 64.0;
     let energy = |method| {
         run(&spring(), method, dt)
@@ -279,7 +279,7 @@ fn forces_are_evaluated_once_a_step() {
             let place = format!("{}, {}", case.about().name, method.name());
             let more = fine.evaluations - coarse.evaluations;
             assert_eq!(more, fine.steps - coarse.steps, "{place}");
-            // The first step looks at how stiff new bodies are.
+            // The first step also checks how stiff new bodies are.
             assert!(coarse.evaluations - coarse.steps < 40, "{place}");
         }
     }
@@ -300,7 +300,7 @@ fn the_dimer_follows_its_reference() {
 }
 
 #[test]
-fn impacts_are_answered_late_by_half_a_step_and_else_right() {
+fn discrete_impacts_are_answered_half_a_step_late() {
     let impacts = Impacts::reference();
     assert_eq!(impacts.pairs.len(), 82);
     let dt = 1.0 / 32.0;
@@ -316,7 +316,7 @@ fn impacts_are_answered_late_by_half_a_step_and_else_right() {
     );
 }
 
-/// Each reference is known twice: by a formula or a table of others, and by the equations of motion.
+/// Each reference is known in two ways: by a formula or an external table, and by integrating the equations of motion.
 #[test]
 #[cfg(feature = "f64")]
 fn the_equations_of_motion_lead_to_the_references() {
@@ -326,17 +326,17 @@ fn the_equations_of_motion_lead_to_the_references() {
             "{}: {off:.1e}, by the last halving {change:.1e}",
             motion.name()
         );
-        // At e = 0.99 the steps of the check are too long: there it says little.
+        // At an eccentricity of 0.99 the steps of the check are too long to tell much.
         assert_at_most(off, 1e-7 + 2.0 * change, motion.name());
     }
 }
 
-/// The loops by hand and the fields mean the same forces: kicked alike, they move alike.
+/// Loops by hand and fields apply the same forces: with the same kicks they give the same motion.
 #[test]
-fn by_hand_and_by_fields_is_the_same_motion() {
+fn loops_by_hand_and_fields_give_the_same_motion() {
     for motion in Motion::all() {
         let about = motion.about();
-        // By hand drag is taken where the last step left it.
+        // Loops by hand read the velocities that the last step left.
         if about.name == "drag" || about.name == "helix" || about.name == "E × B" {
             continue;
         }
@@ -399,9 +399,9 @@ fn near_misses_are_not_answered() {
     assert_eq!(error(&swept, Metric::Missed), 0.0);
 }
 
-/// Of 800 speeds 99.9 % are within 0.07; of 1,940 collisions the statistical error is 0.023.
+/// 99.9 % of samples of 800 speeds are within 0.07; the statistical error of 1,940 collisions is 0.023.
 #[test]
-fn a_long_gas_is_that_of_statistical_mechanics() {
+fn a_long_gas_agrees_with_statistical_mechanics() {
     let gas = LongGas::dense();
     let swept = run(&gas, Method::FieldsSwept, 1.0 / 60.0);
     println!("{:?}", swept.errors);
@@ -413,7 +413,7 @@ fn a_long_gas_is_that_of_statistical_mechanics() {
 #[test]
 fn a_scene_of_a_file_converges_to_itself() {
     let text = include_str!("../../examples/scenes/planet.json");
-    // A user's own force is Rapier's, which is of first order.
+    // A user's own force is applied by Rapier, to first order.
     let without_force = text.replace(r#""force": [0.0, 0.0, 2.0],"#, "");
     assert_ne!(text, without_force);
     let text = without_force.as_str();
@@ -433,7 +433,7 @@ fn a_scene_of_a_file_converges_to_itself() {
     }
 }
 
-/// 7, 14, 28, 56, 112 are too many or not; then halves of what is between.
+/// Doubles 7 until 112 is too many, then bisects what is between.
 #[test]
 fn the_most_bodies_are_found_by_doubling_and_bisection() {
     let find = |frame: f64, most: usize| {
@@ -452,13 +452,13 @@ fn the_most_bodies_are_found_by_doubling_and_bisection() {
 }
 
 #[test]
-fn what_is_left_out_changes_nothing() {
+fn features_that_a_scene_does_not_need_change_nothing() {
     let table = leave_out(&spring(), 3).expect("a case of the fields");
     assert!(table.len() > 3);
     for it in &table {
         println!("{it:?}");
         assert!(it.step > 0.0 && it.ratios[0] <= it.ratios[2]);
-        // Rounding, where samples of a volume stand for its centre.
+        // Rounding, where samples of the volume replace the centre.
         assert_at_most(it.change, either(1e-4, 1e-12), &it.switch);
     }
 }
@@ -471,7 +471,7 @@ fn job(case: &str) -> Job {
 }
 
 #[test]
-fn a_study_in_parts_is_that_study() {
+fn a_study_in_parts_merges_into_the_whole() {
     let folder = std::env::temp_dir().join(format!("study-{}-{PRECISION}", std::process::id()));
     let jobs: Vec<Job> = ["a", "b, c", "d"].map(job).to_vec();
     let store = Store::new(&folder, "quick");
@@ -502,7 +502,7 @@ fn a_study_in_parts_is_that_study() {
     let merged = store.merge(&jobs).expect("readable").expect("all of it");
     let all = jobs.iter().flat_map(|job| outcome(job).runs);
     assert_eq!(merged.runs, all.collect::<Vec<_>>());
-    // What another plan made is not this one's; nothing half written stays.
+    // A store of another plan does not see these outcomes, and no half-written file stays.
     let other = Store::new(&folder, "full");
     assert_eq!(other.load(&jobs[0]).expect("readable"), None);
     let files = std::fs::read_dir(&folder).expect("the folder").count();
@@ -557,7 +557,7 @@ fn the_page_has_the_numbers_of_the_table() {
             );
         }
     }
-    // Nothing is fetched.
+    // The page loads nothing from elsewhere.
     for word in ["http://", "https://", "src=", "@import", "url("] {
         let found = page.replace("http://www.w3.org/2000/svg", "");
         assert!(!found.contains(word), "the page says {word}");

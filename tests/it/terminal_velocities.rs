@@ -1,4 +1,4 @@
-//! What Rapier's solver holds, and a drag or a wind slows: terminal velocities in closed form.
+//! Terminal velocities, in closed form, of bodies that Rapier's solver holds and a drag or a wind slows.
 
 use rapier3d_fields::math::{from_f64, to_f64};
 use rapier3d_fields::prelude::*;
@@ -10,21 +10,21 @@ const G: f64 = 9.81;
 /// How bodies are held.
 #[derive(Clone, Copy, Debug)]
 enum Held {
-    /// Two balls, a joint of impulses between them.
+    /// Two balls on an impulse joint.
     Jointed,
-    /// The same, of which only one is slowed.
+    /// The same; only one ball is slowed.
     Dragged,
-    /// The same by reduced coordinates.
+    /// The same in reduced coordinates.
     Articulated,
-    /// A ball on a rail from the world.
+    /// A ball on a prismatic joint to a fixed body.
     Rail,
-    /// The same by reduced coordinates.
+    /// The same in reduced coordinates.
     ReducedRail,
     /// A box on a slope of 30° without friction.
     Slope,
     /// The same with a friction of 0.2.
     RoughSlope,
-    /// A ball that another, which is not slowed, falls on.
+    /// A ball below another one, which is not slowed.
     Stacked,
 }
 
@@ -39,26 +39,26 @@ const ALL: [Held; 8] = [
     Held::Stacked,
 ];
 
-/// What slows them.
+/// The medium that slows them.
 #[derive(Clone, Copy, Debug)]
 enum Flow {
     Still,
-    /// It rises at half of the speed with which they would fall in it.
+    /// Rises at half of the terminal speed in still air.
     Updraught,
-    /// It carries half of their weight.
+    /// Carries half of their weight.
     Pool,
 }
 
-/// Bodies of mass one that fall.
+/// Falling bodies of mass one.
 struct Fall {
     world: PhysicsWorld,
     body: RigidBodyHandle,
-    /// The direction in which it moves.
+    /// The direction in which the body moves.
     along: Vector,
-    /// Which share of the mass that moves together is slowed, and its acceleration without that.
+    /// The share of the moving mass that is slowed; `pull` is its acceleration without drag.
     slowed: f64,
     pull: f64,
-    /// Of those that are slowed.
+    /// The groups of the slowed bodies.
     groups: InteractionGroups,
 }
 
@@ -93,7 +93,7 @@ impl Fall {
                 };
                 let second = if slowed < 1.0 { out } else { felt };
                 let pair = [put(Vector::X * -0.4, felt), put(Vector::X * 0.4, second)];
-                // Else the one that is slowed would hang above the other.
+                // Otherwise the slowed ball would hang above the other.
                 for body in pair {
                     world.bodies[body].lock_rotations(slowed < 1.0, true);
                 }
@@ -158,7 +158,7 @@ impl Fall {
         }
     }
 
-    /// The speed after a time, over the exact terminal velocity.
+    /// The final speed over the exact terminal velocity.
     fn speed(mut self, flow: Flow, scheme: Scheme, rate: f64) -> f64 {
         let still = self.pull / (rate * self.slowed);
         let (tree, exact) = match flow {
@@ -180,7 +180,7 @@ impl Fall {
             }
         };
         let mut fields = build(tree, scheme);
-        // So that only a part in 10⁵ is still to come.
+        // Long enough that only a part in 10⁵ of the speed is missing.
         let seconds = 12.0 / (rate * self.slowed) + 0.5;
         let steps = (seconds / to_f64(self.world.integration_parameters.dt)) as usize;
         for _ in 0..steps {
@@ -191,7 +191,7 @@ impl Fall {
     }
 }
 
-/// Was off by g·dt/2: the drag of a held body left out that gravity makes it faster within the step.
+/// Speeds were off by g·dt/2: the drag of a held body left out the velocity that gravity adds within the step.
 #[test]
 fn held_bodies_reach_their_terminal_velocity() {
     let schemes = [

@@ -1,4 +1,4 @@
-//! With the feature `parallel`: the same bits on any number of threads, and near those without.
+//! With the feature `parallel`: the same bits on any number of threads.
 
 use rapier3d_fields::math::from_f64;
 use rapier3d_fields::prelude::*;
@@ -6,7 +6,7 @@ use rapier3d_fields::prelude::*;
 use crate::support::bits::bits;
 use crate::support::weightless;
 
-/// More bodies than one thread takes at a time, in no order of place.
+/// More bodies than one thread takes at a time, in no spatial order.
 fn world(count: usize) -> (PhysicsWorld, Vec<RigidBodyHandle>) {
     let mut world = weightless(1e-3);
     let cells = 16 * 16 * 16;
@@ -68,7 +68,7 @@ fn scenes() -> Vec<Scene> {
     ]
 }
 
-/// The bits after some steps on so many threads.
+/// The bits of the world after three steps on a number of threads.
 fn run(count: usize, (name, tree): Scene, threads: usize) -> Vec<Vec<u64>> {
     let (mut world, bodies) = world(count);
     let mut fields = Fields::new(tree(&world, &bodies)).expect(name);

@@ -1,4 +1,4 @@
-//! Fields that begin and end: what they give the step they do it in, and what is left of them after.
+//! Fields with a lifetime: their impulse in the steps in which they begin and end, and their removal afterwards.
 
 use rapier3d_fields::math::{from_f64, to_f64};
 use rapier3d_fields::prelude::*;
@@ -18,7 +18,7 @@ const SCHEMES: [Scheme; 8] = [
     Scheme::Forward4,
 ];
 
-/// The kinds of terms that are evaluated in ways of their own, each of 12 N or as much on 1 kg.
+/// Terms of the kinds that are evaluated differently, each of 12 N on 1 kg.
 fn kinds() -> Vec<(&'static str, Field)> {
     vec![
         ("uniform", Field::uniform(Vector::X * 12.0)),
@@ -35,11 +35,11 @@ fn kinds() -> Vec<(&'static str, Field)> {
     ]
 }
 
-/// The velocity after `steps` of 1/60 in a field of a lifetime.
+/// The velocity along x after `steps` steps of 1/60 s in a field.
 fn velocity(field: Field, scheme: Scheme, steps: u32) -> f64 {
     let mut world = weightless(1.0 / 60.0);
     let body = insert_ball(&mut world, 1.0, Vector::ZERO, Vector::ZERO);
-    // Beside it one that never ends, so that the set is not empty.
+    // A second field never ends, so that the set is not empty.
     let still = Field::uniform(Vector::Y)
         .within(Region::ball(0.1))
         .at(Vector::Y * 1e3);
@@ -51,9 +51,9 @@ fn velocity(field: Field, scheme: Scheme, steps: u32) -> f64 {
     to_f64(world.bodies[body].linvel().x)
 }
 
-/// A window of 5 ms at 60 Hz gave nothing of its impulse by default, and 0.83 and 0.69 of it under
-/// `Substep` and a scheme of fourth order: lifetimes were asked at moments. The impulse is to be the force times
-/// the overlap with each step, wherever the window lies.
+/// A window of 5 ms at 60 Hz gave nothing of its impulse by default, and 0.83 and 0.69 of it under `Substep` and a
+/// scheme of fourth order: lifetimes were evaluated at single moments. The impulse is the force times the overlap with
+/// each step, wherever the window lies.
 #[test]
 fn the_impulse_is_force_times_overlap() {
     let windows = [
@@ -72,7 +72,7 @@ fn the_impulse_is_force_times_overlap() {
                 let found = velocity(field.clone().lifetime(window), scheme, 10);
                 let expected = 12.0 * (until - f64::max(from, 0.0));
                 let error = (found - expected).abs();
-                // Steps of 1/60 in the precision of the world.
+                // The steps of 1/60 are rounded to the precision of the world.
                 let place = format!("{scheme:?}, {kind}, {from} to {until}: {found}, {expected}");
                 assert_at_most(error, either(3e-6, 1e-12), place);
             }
@@ -80,7 +80,7 @@ fn the_impulse_is_force_times_overlap() {
     }
 }
 
-/// A change of velocity, which is given once a step, is given by the share of the step.
+/// A velocity change is given once a step, times the share of the step in which the field lives.
 #[test]
 fn a_change_of_velocity_is_given_by_its_share_of_the_step() {
     for scheme in SCHEMES {
@@ -94,7 +94,7 @@ fn a_change_of_velocity_is_given_by_its_share_of_the_step() {
     }
 }
 
-/// Drag in a window slows by its share: the closed form of its slope counts as the force does.
+/// Drag in a window slows by its share of the step: its slope in closed form is scaled as the force is.
 #[test]
 fn drag_counts_by_its_share_of_the_step() {
     for scheme in SCHEMES {
@@ -107,7 +107,7 @@ fn drag_counts_by_its_share_of_the_step() {
             fields.step(&mut world).expect("a step");
         }
         let found = to_f64(world.bodies[body].linvel().x);
-        // By schemes of first order within (h/m)²/2 of it.
+        // Schemes of first order are within (h/m)²/2 of it.
         let expected = (-0.5 / 128.0_f64).exp();
         assert_at_most(
             (found - expected).abs(),
@@ -117,8 +117,8 @@ fn drag_counts_by_its_share_of_the_step() {
     }
 }
 
-/// The last evaluation, with which a step begins if nothing changed, has the lifetimes of the step
-/// before it; so has the one that a snapshot holds.
+/// A step begins with the last evaluation if nothing changed. That one has the lifetimes of the step before, and so has
+/// the one in a snapshot.
 #[test]
 fn steps_before_and_after_a_window_go_on_bit_for_bit() {
     let windows = [(0.040, 0.044), (0.05, 0.0525), (1.0 / 60.0, 2.0 / 60.0)];
@@ -153,8 +153,8 @@ fn steps_before_and_after_a_window_go_on_bit_for_bit() {
     }
 }
 
-/// Fields whose time was over stayed in their set, were evaluated as before, and cost as much: 1,000
-/// of them 13,962 µs a step. They leave with the step in which their time is over.
+/// Fields past their end stayed in their set and were evaluated as before: 1,000 of them cost 13,962 µs a step. They
+/// leave in the step in which they end.
 #[test]
 fn fields_leave_when_their_time_is_over() {
     let mut world = weightless(0.25);
@@ -194,7 +194,7 @@ fn fields_leave_when_their_time_is_over() {
     assert_eq!(fields.plan().fields, 2, "nothing of what left is evaluated");
 }
 
-/// One whose end was moved, or that was put in late, leaves as well; within composites, too.
+/// A field whose end was changed, or that was inserted after its end, leaves as well; within composites, too.
 #[test]
 fn ends_may_be_changed_while_fields_act() {
     let mut world = weightless(0.25);
@@ -219,9 +219,9 @@ fn ends_may_be_changed_while_fields_act() {
     assert_eq!(fields.set.len(), 1, "its time was over before it came");
 }
 
-/// What sleeps on the wind is woken by the wind's end, though the field is gone by then.
+/// A body that sleeps under a field wakes when the field ends, although it has left the set by then.
 #[test]
-fn the_end_of_a_field_wakes_what_rested_under_it() {
+fn the_end_of_a_field_wakes_bodies_that_slept_under_it() {
     let mut world = PhysicsWorld::new();
     world.insert(
         RigidBodyBuilder::fixed(),
@@ -243,10 +243,10 @@ fn the_end_of_a_field_wakes_what_rested_under_it() {
     assert_eq!(fields.set.len(), 0);
 }
 
-/// What a field with a potential gives or takes as it begins and ends is its border work, also in the
-/// steps of which it has a share, and once it has left: what drifts is the error of the scheme.
+/// The energy that a field with a potential gives or takes as it begins and ends is border work in the audit, also in
+/// steps of which it has a share, and after it has left: the remaining drift is the error of the scheme.
 #[test]
-fn the_audit_knows_what_windows_give() {
+fn the_audit_counts_the_work_of_windows() {
     for (from, until) in [(0.0, 0.31), (0.105, 0.5), (0.203, 0.2045), (0.25, 0.5)] {
         let mut world = weightless(1.0 / 128.0);
         insert_ball(&mut world, 1.0, Vector::X, Vector::Y);
@@ -264,7 +264,7 @@ fn the_audit_knows_what_windows_give() {
                 drift.abs()
             });
         }
-        // Of 5 J; (ωh)²/8 of it.
+        // The energy is 5 J; (ωh)²/8 of it.
         assert_at_most(largest, 4e-3, format!("{from} to {until}"));
         let audit = fields.audit().expect("switched on");
         let border: f64 = audit.fields.iter().map(|field| field.border.abs()).sum();
@@ -274,7 +274,7 @@ fn the_audit_knows_what_windows_give() {
 
 /// Contacts and drag are no flows: `contact(…).as_wind(…)` was accepted, and did nothing.
 #[test]
-fn what_is_no_flow_is_refused_as_wind() {
+fn fields_that_are_no_flows_are_refused_as_wind() {
     let mut world = weightless(0.25);
     let body = insert_ball(&mut world, 1.0, Vector::ZERO, Vector::ZERO);
     let collider = world.bodies[body].colliders()[0];
@@ -299,10 +299,10 @@ fn what_is_no_flow_is_refused_as_wind() {
     }
 }
 
-/// `within(region.at(p))` made a program of each zone, to be asked one by one: 42 times the cost of
-/// `within(region).at(p)`. Either is an instance of one program, and pushes alike.
+/// `within(region.at(p))` compiled each zone to a program of its own, at 42 times the cost of `within(region).at(p)`.
+/// Both are instances of one program, and give the same forces.
 #[test]
-fn zones_put_by_their_regions_are_instances_of_one() {
+fn zones_placed_by_their_regions_are_instances_of_one_program() {
     let half = Vector::new(2.0, 1.0, 3.0);
     let place = |n: u32| Vector::new(n as Real * 5.0, (n % 7) as Real, (n % 3) as Real);
     let kinds: [fn(Region) -> Field; 4] = [

@@ -1,4 +1,4 @@
-//! `Reference::trace`: what it says of each field adds up to what the tree gives.
+//! `Reference::trace`: the contributions of the fields sum to the force of the tree.
 
 use proptest::prelude::*;
 use rapier3d_fields::field::Query;
@@ -8,7 +8,7 @@ use rapier3d_fields::reference::{Contribution, Fate, Reference, Trace};
 use crate::support::trees::{self, AnchorPlan, Numbers, TermPlan};
 use crate::support::worlds::{World, bodies};
 
-/// Operators whose result is made of the vectors of its operands as they are.
+/// Operators that keep the vectors of their operands as they are, and add or choose among them.
 const KEEPING: [Operator; 7] = [
     Operator::SumUnion,
     Operator::SumIntersection,
@@ -47,7 +47,7 @@ fn defined(contributions: &[Contribution], place: u32) -> bool {
     at_place.any(|c| c.force.is_some())
 }
 
-/// What holds of every trace.
+/// Checks that hold for every trace.
 fn check(trace: &Trace) -> Result<(), TestCaseError> {
     let contributions = &trace.contributions;
     let counting = contributions.iter().filter(|c| c.fate == Fate::Counts);
@@ -81,7 +81,7 @@ proptest! {
 
     /// The vectors that count sum to the force, and the fate of each field fits whether it acts.
     #[test]
-    fn what_counts_adds_up(plans in bodies(3, 1..=1), term in term()) {
+    fn contributions_that_count_sum_to_the_force(plans in bodies(3, 1..=1), term in term()) {
         let world = World::new(&plans);
         let tree = term.term(&world);
         for body in &world.bodies {
@@ -93,9 +93,9 @@ proptest! {
         }
     }
 
-    /// Whatever the tree, every field is told of, once for each instance, and forces agree.
+    /// In any tree every field is listed, once for each instance, and the forces agree.
     #[test]
-    fn every_field_is_told_of(
+    fn every_field_is_listed(
         plans in bodies(3, 1..=2), term in trees::term(Numbers::Fractional),
     ) {
         let world = World::new(&plans);
@@ -116,9 +116,9 @@ fn fates(tree: impl Into<Tree>) -> Vec<Fate> {
     trace.contributions.into_iter().map(|c| c.fate).collect()
 }
 
-/// One line of the table of fates each, at the origin.
+/// Each case is one line of the table of fates, at the origin.
 #[test]
-fn fates_name_who_decided() {
+fn fates_name_the_operator_and_the_fields_that_decided() {
     let here = |x: Real| Field::uniform(Vector::X * x).within(Region::ball(1.0));
     let away = || Field::uniform(Vector::Y).within(Region::ball(1.0).at(Vector::X * 9.0));
     let overruled = |operator, by| Fate::Overruled {

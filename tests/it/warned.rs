@@ -6,12 +6,12 @@ use rapier3d_fields::prelude::*;
 use crate::lab::stability::{self, DT, Damping, Kind, SCHEMES};
 use crate::support::*;
 
-/// How a spring of so many radians a step fares for ten seconds.
+/// How a spring of `turn` radians a step behaves for ten seconds.
 #[derive(Debug)]
 struct Fate {
     /// The largest energy as a share of that of the start.
     energy: f64,
-    /// In how many steps there was a warning.
+    /// The number of steps with a warning.
     warned: usize,
     refused: bool,
 }
@@ -38,7 +38,7 @@ fn fate(scheme: Scheme, turn: f64, (damping, gravity): (Real, Real)) -> Fate {
         fate.warned += usize::from(!fields.warnings().is_empty());
         let body = &world.bodies[ball];
         let [place, velocity] = [body.translation(), body.linvel()];
-        // About where it hangs, 1 m aside.
+        // Relative to where it hangs at rest; it starts 1 m aside.
         let place = place - world.gravity / from_f64(stiffness);
         let energy = stiffness * to_f64(place.length_squared()) + to_f64(velocity.length_squared());
         let sag = to_f64(gravity).powi(2) / stiffness;
@@ -58,7 +58,7 @@ fn no_spring_explodes_without_a_warning() {
             for turn in turns {
                 let fate = fate(scheme, turn, others);
                 let told = fate.refused || fate.warned > 0;
-                // Symplectic Euler swings by dt·ω/2 of its energy, and stays there.
+                // Under symplectic Euler the energy oscillates by dt·ω/2 of itself, and does not grow.
                 let swing = if scheme == Scheme::Kick {
                     1.0 / (1.0 - 0.5 * turn.min(1.9))
                 } else {
@@ -67,7 +67,7 @@ fn no_spring_explodes_without_a_warning() {
                 if fate.energy > 1.1 * swing && !told {
                     silent.push(format!("{scheme:?}, {turn}, {others:?}: {fate:?}"));
                 }
-                // Nothing is told of what goes well.
+                // Stable springs get no warning.
                 if turn < 0.5 && scheme != Scheme::ExternalForce {
                     assert_eq!(fate.warned, 0, "{scheme:?}, {turn}: {fate:?}");
                 }
@@ -77,7 +77,7 @@ fn no_spring_explodes_without_a_warning() {
     assert!(silent.is_empty(), "{silent:#?}");
 }
 
-/// What moves one body that nothing holds, and turns it never.
+/// Scenes of one free body that never turns.
 fn is_of_one_ball(kind: &Kind) -> bool {
     use Kind::{Drag, Gyration, QuadraticDrag, Spring, Trap, Trough};
     matches!(
@@ -86,8 +86,7 @@ fn is_of_one_ball(kind: &Kind) -> bool {
     )
 }
 
-/// What schemes that choose see in full: no contacts, nothing on joints, and no more than two bodies, to be
-/// quick.
+/// Scenes that adaptive schemes see in full: no contacts, nothing on joints, and no more than two bodies, to be quick.
 fn is_chosen_for(kind: &Kind) -> bool {
     use Kind::{Chain, PenaltyPair, PenaltyRow, PenaltyWalls, Pendulum, Rod};
     !matches!(
@@ -96,7 +95,7 @@ fn is_chosen_for(kind: &Kind) -> bool {
     )
 }
 
-/// Beyond the 256 substeps of `PerBody`, whose path then looks uneven where it is not: with parts of unequal lengths a
+/// Beyond the 256 substeps of `PerBody` the path looks uneven although it is not: with substeps of unequal lengths a
 /// rotor gained fifteen times its energy at dt·ω 500.
 #[test]
 fn no_rotor_beyond_all_substeps_gains_energy_without_a_warning() {
@@ -113,7 +112,7 @@ fn no_rotor_beyond_all_substeps_gains_energy_without_a_warning() {
     assert!(silent.is_empty(), "{silent:#?}");
 }
 
-/// A dynamic body of two balls that bounces off a ball, and is given the shape of one ball once both are near.
+/// A dynamic body of two balls that bounces off a ball, and gets the shape of one ball once both are near.
 fn two_balls_that_become_one() -> (PhysicsWorld, [ColliderHandle; 2]) {
     let mut world = weightless(1.0 / 60.0);
     let ball = ColliderBuilder::ball(1.0);
@@ -134,10 +133,10 @@ fn two_balls_that_become_one() -> (PhysicsWorld, [ColliderHandle; 2]) {
     (world, [other, collider])
 }
 
-/// Rapier 0.36 by itself reads beyond its contacts there and ends the program. Beside fields it does not, and a warning
-/// names the two until they are apart.
+/// Rapier 0.36 alone reads beyond its contacts there and ends the program. With fields it does not, and a warning names
+/// the two colliders until they part.
 #[test]
-fn contacts_that_outlive_a_shape_are_told() {
+fn contacts_that_outlive_a_shape_are_warned_of() {
     let far = Field::spring(1.0)
         .within(Region::ball(1.0))
         .at(Vector::X * 1e4);
@@ -164,9 +163,9 @@ fn contacts_that_outlive_a_shape_are_told() {
     }
 }
 
-/// Shapes of several parts, and shapes that are set while nothing is near, are no reason for a warning.
+/// Shapes of several parts, and shapes that are set while nothing is near, cause no warning.
 #[test]
-fn contacts_that_fit_the_shape_are_not_told() {
+fn contacts_that_fit_the_shape_are_not_warned_of() {
     let (mut world, [other, collider]) = two_balls_that_become_one();
     let child = |x: Real| {
         let place = Vector::new(x, -x, 0.0);
@@ -187,10 +186,10 @@ fn contacts_that_fit_the_shape_are_not_told() {
     }
 }
 
-/// The name of the variable by which a child is told to make Rapier's steps alone.
+/// The environment variable by which a child process makes Rapier's steps alone.
 const ALONE: &str = "OUTLIVED_ALONE";
 
-/// Rapier by itself ends the process: once it does not any more, the warning has had its day.
+/// Rapier alone ends the process. Once it does not any more, the warning can be removed.
 #[test]
 #[ignore = "ends a child process by a fault of Rapier's"]
 fn rapier_alone_ends_with_contacts_that_outlive_a_shape() {
@@ -210,7 +209,7 @@ fn rapier_alone_ends_with_contacts_that_outlive_a_shape() {
     assert!(!status.success());
 }
 
-/// A small part of the map of `tests/slow`.
+/// A small part of the stability map of `tests/slow`.
 #[test]
 fn nothing_explodes_without_a_warning() {
     let chooses = [
@@ -228,7 +227,7 @@ fn nothing_explodes_without_a_warning() {
     }
     let mut silent = Vec::new();
     for (scheme, kind) in cells {
-        // None, and a weak drag.
+        // No damping, and a weak drag.
         for damping in Damping::ALL.into_iter().step_by(3) {
             for turn in [0.3, 1.5, 3.0, 10.0] {
                 let fate = stability::fate(kind.scene(turn / DT, damping), scheme);

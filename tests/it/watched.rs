@@ -6,7 +6,7 @@ use rapier3d_fields::prelude::*;
 use crate::lab::stability::SCHEMES;
 use crate::support::*;
 
-/// Steps until energy has grown by a tenth of `scale`, and until there was a warning.
+/// The step in which energy has grown by a tenth of `scale`, and the first one with a warning.
 fn first_steps(
     (mut world, tree, scheme): (PhysicsWorld, Tree, Scheme),
     energy: impl Fn(&PhysicsWorld) -> f64,
@@ -45,14 +45,14 @@ fn kinetic(world: &PhysicsWorld) -> f64 {
     bodies.map(|(_, body)| to_f64(body.kinetic_energy())).sum()
 }
 
-/// Nobody touches anybody.
+/// Switches all collisions off.
 fn pass_through(world: &mut PhysicsWorld) {
     for (_, collider) in world.colliders.iter_mut() {
         collider.set_collision_groups(InteractionGroups::none());
     }
 }
 
-/// Two atoms, the one with the field of this mass, the other of 1.
+/// Two atoms: one of this mass with a Lennard-Jones field, the other of mass 1.
 fn overlapping(mass: Real, distance: Real) -> (PhysicsWorld, Tree, [RigidBodyHandle; 2]) {
     let mut world = weightless(0.005);
     let one = insert_ball(&mut world, mass, Vector::ZERO, Vector::ZERO);
@@ -63,7 +63,7 @@ fn overlapping(mass: Real, distance: Real) -> (PhysicsWorld, Tree, [RigidBodyHan
 }
 
 #[test]
-fn an_overlap_is_told_of_before_it_explodes() {
+fn an_overlap_is_warned_of_before_it_explodes() {
     for scheme in SCHEMES.into_iter().filter(|it| !chooses(*it)) {
         for mass in [0.01, 1.0, 100.0] {
             let (world, tree, [one, other]) = overlapping(mass, 0.5);
@@ -79,7 +79,7 @@ fn an_overlap_is_told_of_before_it_explodes() {
             }
         }
     }
-    // What touches gently is not told of.
+    // Atoms that touch gently get no warning.
     let (mut world, tree, _) = overlapping(1.0, 1.1);
     let mut fields = build(tree, Scheme::KickDriftKick);
     for _ in 0..100 {
@@ -95,9 +95,9 @@ fn chooses(scheme: Scheme) -> bool {
     )
 }
 
-/// It damps a planet until that falls into its sun, and is thrown out.
+/// The implicit scheme damps the orbit of a planet until it falls into its sun and is thrown out.
 #[test]
-fn the_implicit_scheme_tells_before_it_throws_a_planet_out() {
+fn the_implicit_scheme_warns_before_it_throws_a_planet_out() {
     for count in [100, 400] {
         let dt = from_f64(std::f64::consts::TAU / f64::from(count));
         let mut world = weightless(dt);
@@ -114,9 +114,9 @@ fn the_implicit_scheme_tells_before_it_throws_a_planet_out() {
     }
 }
 
-/// Six radians a step: nearly a whole turn between two kicks.
+/// Nearly one or two whole turns between two kicks.
 #[test]
-fn gyration_that_resonates_with_a_well_is_told_of() {
+fn gyration_that_resonates_with_a_well_is_warned_of() {
     for scheme in [Scheme::KickDriftKick, Scheme::Kick] {
         for turn in [6.2, 6.25, 12.5] {
             let mut world = weightless(0.01);
@@ -127,16 +127,16 @@ fn gyration_that_resonates_with_a_well_is_told_of() {
                 let place = world.bodies[ball].translation();
                 kinetic(world) + 0.5 * 2500.0 * to_f64(place.length_squared())
             };
-            // Under `Kick`, velocities are shown half a step before places.
+            // `Kick` shows velocities half a step before positions.
             let steps = first_steps((world, tree, scheme), energy, (1e5, 600));
             assert_told_before(steps, &format!("{scheme:?}, {turn} radians a step"));
         }
     }
 }
 
-/// A spring with damping, or between two bodies, at the step that is said to be the largest stable one, and beyond.
+/// A spring with damping, or between two bodies, just below and just above the reported largest stable step.
 #[test]
-fn the_largest_stable_step_is_the_largest() {
+fn motion_is_stable_up_to_the_largest_stable_step_only() {
     for (damping, coupled) in [(0.0, false), (20.0, false), (300.0, false), (0.0, true)] {
         let scene = |dt: Real| {
             let mut world = weightless(dt);
@@ -210,7 +210,7 @@ fn damping_of_contacts_is_stable_at_any_strength() {
             }
         }
         let depth = 0.5 - world.bodies[ball].translation().y;
-        // It comes to rest where the spring holds it, or creeps there from as deep as it came in a step.
+        // The ball rests where the spring holds it, or creeps there from the depth that it reached in a step.
         let rest = 9.81 / stiffness;
         let deepest = rest.max(3.2 / 60.0) * 1.01;
         assert!(highest <= 0.5, "{damping}: it bounced to {highest}");
@@ -222,7 +222,7 @@ fn damping_of_contacts_is_stable_at_any_strength() {
 }
 
 #[test]
-fn stiff_springs_of_contacts_are_told_of() {
+fn stiff_springs_of_contacts_are_warned_of() {
     let (mut world, tree, ball) = dropped(3600.0 * 2.25, 0.0);
     let mut fields = build(tree, Scheme::KickDriftKick);
     let mut told = false;
@@ -247,10 +247,10 @@ fn stiff_springs_of_contacts_are_told_of() {
     assert!(told);
 }
 
-/// 95daff4: 0, which no step is, for a blast beside an articulation, and for every stiff field under
-/// `ExternalForce`: what gains energy at any step. Now the step from which on it is told, 0.02/ω.
+/// At commit 95daff4 the largest stable step was 0 for a blast beside an articulation, and for every stiff field under
+/// `ExternalForce`: these gain energy at any step. Now it is the step from which on they warn, 0.02/ω.
 #[test]
-fn a_stable_step_is_never_of_length_zero() {
+fn the_largest_stable_step_of_a_warning_is_not_zero() {
     for scheme in SCHEMES {
         let mut world = weightless(1.0 / 60.0);
         let a = insert_ball(&mut world, 1.0, Vector::X, Vector::ZERO);
@@ -273,7 +273,7 @@ fn a_stable_step_is_never_of_length_zero() {
                     continue;
                 };
                 let share = to_f64(*largest_stable_dt) * to_f64(*dt_omega) * 60.0;
-                // What that scheme tells of its own is told from 0.25 on.
+                // The warning of that scheme's own kind applies from 0.25/ω on.
                 let own = scheme == Scheme::LinearlyImplicit && share > 0.1;
                 assert_close(share, if own { 0.25 } else { 0.02 }, 1e-5, "of 1/ω");
                 told += 1;
@@ -283,10 +283,10 @@ fn a_stable_step_is_never_of_length_zero() {
     }
 }
 
-/// The same of the stiffness that is asked for: 0.02/ω under `ExternalForce`, 2/ω under `KickDriftKick`, infinite
-/// without any field that varies; and no field is so stiff that the step rounds to zero.
+/// The same for a stiffness report: 0.02/ω under `ExternalForce`, 2/ω under `KickDriftKick`, infinite without a field
+/// that varies; and for no stiffness does the step round to zero.
 #[test]
-fn the_stable_step_that_is_asked_for_is_never_of_length_zero() {
+fn the_largest_stable_step_of_a_report_is_not_zero() {
     let mut world = weightless(0.01);
     let ball = insert_ball(&mut world, 1.0, Vector::X, Vector::ZERO);
     world.bodies[ball].recompute_mass_properties_from_colliders(&world.colliders);
@@ -312,9 +312,9 @@ fn the_stable_step_that_is_asked_for_is_never_of_length_zero() {
     }
 }
 
-/// Auto tells what it reached in every step, not only what it missed.
+/// `Auto` reports its error in every step, not only where it misses the tolerance.
 #[test]
-fn the_error_that_was_reached_is_told() {
+fn auto_reports_the_error_that_it_reached() {
     for (turn, tolerance) in [(0.001, 1e-3), (0.05, 1e-3), (1.0, 1e-3), (1.0, 0.1)] {
         let mut world = weightless(0.01);
         insert_ball(&mut world, 1.0, Vector::X, Vector::ZERO);

@@ -1,4 +1,4 @@
-//! Weak forces: what they push does not fall asleep, however slow it is; what balances does.
+//! Weak forces: a body that they accelerate stays awake, however slow it is; a body in equilibrium sleeps.
 
 use rapier3d_fields::math::{Real, from_f64, to_f64};
 use rapier3d_fields::prelude::*;
@@ -22,7 +22,7 @@ fn steps(fields: &mut Fields, world: &mut PhysicsWorld, count: usize) {
     }
 }
 
-/// One vector for all bodies, by its own path and by the general one.
+/// A uniform force, evaluated by its own path and by the general one.
 fn winds(force: Vector) -> [Tree; 2] {
     let everywhere = Field::uniform(force);
     let within = Field::uniform(force).within(Region::ball(1e5));
@@ -30,9 +30,9 @@ fn winds(force: Vector) -> [Tree; 2] {
 }
 
 #[test]
-fn weak_forces_move_what_rests() {
+fn weak_forces_move_bodies_at_rest() {
     for scheme in SCHEMES {
-        // Down to what moves a ball by a few of its roundings while it might fall asleep.
+        // Down to a force that moves a ball by a few roundings in the time in which it could fall asleep.
         for weak in [1e-5, 1e-3, 0.01, 0.1, 0.19, 0.5] {
             for tree in winds(Vector::X * from_f64(2.0 * weak)) {
                 let mut world = weightless(DT);
@@ -48,7 +48,7 @@ fn weak_forces_move_what_rests() {
 }
 
 #[test]
-fn what_is_thrown_against_a_weak_wind_comes_back() {
+fn a_ball_thrown_against_a_weak_wind_comes_back() {
     for scheme in SCHEMES {
         for tree in winds(Vector::X * -0.02) {
             let mut world = weightless(DT);
@@ -57,7 +57,7 @@ fn what_is_thrown_against_a_weak_wind_comes_back() {
             // Out and back: 2 · 0.15 / 0.01 s.
             steps(&mut fields, &mut world, 1800);
             let body = &world.bodies[ball];
-            // Symplectic Euler is half a step of it ahead.
+            // Schemes of first order are ahead by half a step's change of velocity, all the time.
             let bound = 1e-3 + first_order(scheme) * 0.5 * 0.01 * 30.0 / 60.0;
             let place = to_f64(body.translation().x).abs();
             assert_at_most(place, bound, format!("place, {scheme:?}"));
@@ -99,9 +99,9 @@ fn slow_springs_swing() {
     }
 }
 
-/// A ball that hangs on a spring in syrup.
+/// A ball that hangs on a spring in strong drag.
 #[test]
-fn what_comes_to_balance_sleeps() {
+fn a_ball_in_equilibrium_falls_asleep() {
     for scheme in [Scheme::KickDriftKick, Scheme::Auto { tolerance: 1e-3 }] {
         let mut world = weightless(DT);
         world.gravity = Vector::Y * -9.81;
@@ -117,19 +117,19 @@ fn what_comes_to_balance_sleeps() {
     }
 }
 
-/// A float in a pool, from above.
+/// A float dropped into a pool.
 #[test]
 fn a_float_settles_and_sleeps() {
     let mut world = weightless(DT);
     world.gravity = Vector::Y * -9.81;
     let body = RigidBodyBuilder::dynamic().translation(Vector::Y * 0.6);
-    // Upright it is not stable.
+    // Upright the cube is not stable.
     let body = body.lock_rotations();
     let cube = ColliderBuilder::cuboid(0.5, 0.5, 0.5).density(400.0);
     let float = world.insert(body, cube).0;
     let pool = Tree::pool(Vector::ZERO, Vector::splat(20.0), 1000.0, 9.81, 2.0);
     let mut fields = build(pool, Scheme::KickDriftKick);
-    // What carries it, when it was last awake.
+    // The lift when it was last awake.
     let mut carried = 0.0;
     for _ in 0..3600 {
         fields.step(&mut world).expect("a valid step");
@@ -140,7 +140,7 @@ fn a_float_settles_and_sleeps() {
     }
     assert_close(carried / 3924.0, 1.0, 1e-3, "balance");
     let body = &world.bodies[float];
-    // Four tenths of it are under water, by the volumes that buoyancy is sampled in.
+    // Four tenths of the cube are under water, by the volumes in which buoyancy is sampled.
     let height = to_f64(body.translation().y);
     assert_close(height, 0.1, 0.02, "height");
     assert!(body.is_sleeping(), "{height}, {:?}", body.linvel());

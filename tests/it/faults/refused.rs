@@ -1,4 +1,4 @@
-//! After a step that was refused the world is as it was, whatever is in it.
+//! A step that is refused leaves the world as it was, whatever is in it.
 
 use rapier3d_fields::math::Real;
 use rapier3d_fields::prelude::*;
@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use crate::lab::stability::SCHEMES;
 
-/// One of everything, in motion.
+/// A world with one of each kind of body, joint and motion.
 fn world() -> PhysicsWorld {
     let mut world = PhysicsWorld::new();
     let floor = RigidBodyBuilder::fixed().translation(Vector::Y * -0.5);
@@ -73,7 +73,7 @@ fn world() -> PhysicsWorld {
     world
 }
 
-/// What a user may have set since the last step.
+/// Targets that a user may have set since the last step.
 fn lead(world: &mut PhysicsWorld) {
     let is_led = |body: &RigidBody| body.body_type() == RigidBodyType::KinematicPositionBased;
     let led = world.bodies.iter().find(|(_, body)| is_led(body));
@@ -91,8 +91,8 @@ fn value(of: &impl serde::Serialize) -> Value {
     serde_json::to_value(of).expect("what can be written")
 }
 
-/// All that Rapier saves of a world, but for its own bookkeeping: places in lists, marks of what was
-/// touched, and what is worked out of the rest.
+/// Everything that Rapier saves of a world, except its bookkeeping: places in lists, marks of changes, and derived
+/// values.
 fn everything(world: &PhysicsWorld) -> Vec<String> {
     let without = |mut value: Value, keys: &[&str]| {
         let map = value.as_object_mut().expect("a struct");
@@ -110,7 +110,7 @@ fn everything(world: &PhysicsWorld) -> Vec<String> {
         .impulse_joints
         .iter()
         .map(|(_, it)| value(&it.data).to_string());
-    // The root's own joint is Rapier's: it is made in its first step.
+    // The root's own joint is left out: Rapier makes it in its first step.
     let links = world.multibody_joints.multibodies().map(|it| {
         let of = |link: &MultibodyLink| {
             let velocity = it.joint_velocity(link);
@@ -126,16 +126,16 @@ fn everything(world: &PhysicsWorld) -> Vec<String> {
     all.chain(links).chain(softs).collect()
 }
 
-/// When a field is bad.
+/// When a field gives NaN.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum When {
-    /// Since an edit.
+    /// After an edit of its axis.
     Now,
     /// From this time on.
     From(Real),
 }
 
-/// Fields of which one is bad, on what is near there or on all.
+/// Fields of which one gives NaN, near a place or everywhere.
 fn bad(when: When, near: Option<Vector>, scheme: Scheme) -> Fields {
     let axes = ["broken".into(), Axis::Time];
     let bad = Field::closure(axes, move |sample: &Sample| {
@@ -157,7 +157,7 @@ fn bad(when: When, near: Option<Vector>, scheme: Scheme) -> Fields {
     builder.build().expect("a valid tree")
 }
 
-/// Refused twice, and nothing has changed.
+/// Fails unless two steps are refused and the world is unchanged.
 fn refuses(fields: &mut Fields, world: &mut PhysicsWorld, place: &str) {
     let before = everything(world);
     for _ in 0..2 {
@@ -170,11 +170,11 @@ fn refuses(fields: &mut Fields, world: &mut PhysicsWorld, place: &str) {
 }
 
 #[test]
-fn the_world_is_as_it_was() {
+fn a_refused_step_leaves_the_world_as_it_was() {
     let dt = PhysicsWorld::new().integration_parameters.dt;
     let cloth = Vector::new(25.0, 4.0, 0.0);
     for scheme in SCHEMES {
-        // Schemes that look at bodies once look at soft bodies at the end of a step all the same.
+        // Schemes that evaluate rigid bodies once a step still evaluate soft bodies at its end.
         for when in [When::Now, When::From(4.5 * dt)] {
             for near in [None, Some(cloth), Some(Vector::new(0.0, 3.0, 0.0))] {
                 let place = format!("{scheme:?}, {when:?}, {near:?}");
@@ -198,7 +198,7 @@ fn the_world_is_as_it_was() {
                     lead(&mut world);
                 }
                 refuses(&mut fields, &mut world, &place);
-                // And goes on, once that is put right.
+                // Under another policy the world goes on.
                 fields.settings.on_fault = FaultPolicy::LeaveOut;
                 fields.step(&mut world).expect("the world goes on");
             }
@@ -206,9 +206,9 @@ fn the_world_is_as_it_was() {
     }
 }
 
-/// A body that is new has its mass worked out before Rapier's step; a refusal takes that back.
+/// The mass of a new body is computed before Rapier's step; a refusal takes that back.
 #[test]
-fn the_first_step_leaves_no_trace() {
+fn a_refused_first_step_leaves_no_trace() {
     for scheme in SCHEMES {
         for when in [When::From(-1.0), When::From(0.001)] {
             let mut world = world();

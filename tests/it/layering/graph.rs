@@ -1,4 +1,4 @@
-//! Which file needs which, and the circles among them.
+//! The files that each file needs, and circles among them.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::path::Path;
@@ -11,7 +11,7 @@ pub struct Sources {
     by_module: BTreeMap<Vec<String>, usize>,
 }
 
-/// What a path names.
+/// The meaning of a path.
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum Found {
     Module(Vec<String>),
@@ -19,7 +19,7 @@ enum Found {
     Item(usize),
 }
 
-/// For each file those it needs, and a name by which it does.
+/// For each file the files that it needs, each with a name for which it does.
 pub type Needs = Vec<BTreeMap<usize, String>>;
 
 impl Sources {
@@ -65,7 +65,7 @@ impl Sources {
         }
     }
 
-    /// What each file needs of others. A file that only passes a name on does not need it.
+    /// The files that each file needs. A file that only passes a name on does not need it.
     pub fn needs(&self) -> Needs {
         let files = self.files.iter().enumerate();
         files
@@ -89,7 +89,7 @@ impl Sources {
                 None => {
                     let all = self.find(&source.module, &import.path);
                     let Some(Found::Module(module)) = all else {
-                        // The variants of an enumeration.
+                        // An enumeration: the star imports its variants.
                         add(all, "*");
                         continue;
                     };
@@ -106,7 +106,7 @@ impl Sources {
         needs
     }
 
-    /// What a path means in a module; `None` for what other crates define.
+    /// The meaning of a path in a module; `None` for items of other crates.
     fn find(&self, module: &[String], path: &[String]) -> Option<Found> {
         self.find_unless(module, path, &mut Vec::new())
     }
@@ -144,7 +144,7 @@ impl Sources {
         Some(Found::Module(place))
     }
 
-    /// What a name means in a module.
+    /// The meaning of a name in a module.
     fn look_up(
         &self,
         module: &[String],
@@ -182,7 +182,7 @@ impl Sources {
         None
     }
 
-    /// Whether a module passes a name on that it has from another crate.
+    /// Whether a module passes on a name of another crate.
     fn passes_on(&self, module: &[String], name: &str) -> bool {
         let Some(&file) = self.by_module.get(module) else {
             return false;
@@ -251,7 +251,7 @@ fn circle_through(needs: &Needs, start: usize) -> Option<Vec<usize>> {
     None
 }
 
-/// The files of a circle, each with the name for which it needs the next.
+/// The files of a circle, each with the name for which it needs the next one.
 pub fn describe(sources: &Sources, needs: &Needs, circle: &[usize]) -> String {
     let next = circle.iter().cycle().skip(1);
     let links = circle.iter().zip(next).map(|(file, next)| {

@@ -1,4 +1,4 @@
-//! Habits of writing that a room is free of.
+//! Habits of code and comments that tidy modules are free of.
 
 use super::source::Source;
 
@@ -62,7 +62,7 @@ fn with_tuples(source: &Source) -> Vec<String> {
         if tokens[open] == "<" {
             open = after_closing(tokens, open);
         }
-        // The type of a function has no name.
+        // A function type, `fn(…)`, has no name.
         if tokens.get(open).is_none_or(|token| token != "(") {
             continue;
         }
@@ -101,7 +101,7 @@ const VAGUE: [&str; 6] = [
     "are told of",
 ];
 
-/// The comments that begin with "What" as a noun, or have a vague word.
+/// The comments that begin with "What" as a noun, or contain a vague word.
 fn comments(text: &str) -> Vec<String> {
     let lines = text.lines().map(str::trim);
     let comments = lines.filter(|line| line.starts_with("//"));

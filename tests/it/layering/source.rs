@@ -1,4 +1,4 @@
-//! What a source file defines, imports and names, read from its tokens.
+//! Reads from the tokens of a source file which names it defines, imports and uses.
 
 use std::path::{Path, PathBuf};
 
@@ -7,9 +7,9 @@ use std::path::{Path, PathBuf};
 pub struct Import {
     /// The path as written, without a star at its end.
     pub path: Vec<String>,
-    /// What it is called here; `None` for a star.
+    /// The name in this file; `None` for a star.
     pub name: Option<String>,
-    /// Whether others may take it from here.
+    /// Whether other files may import it from here.
     pub public: bool,
 }
 
@@ -17,7 +17,7 @@ pub struct Import {
 #[derive(Debug)]
 pub struct Source {
     pub file: PathBuf,
-    /// Where it stands in the crate: `["eval", "kernel"]`.
+    /// Its place in the crate: `["eval", "kernel"]`.
     pub module: Vec<String>,
     pub imports: Vec<Import>,
     /// Items at its top level.
@@ -87,7 +87,7 @@ fn tokens(text: &str) -> Vec<String> {
     found
 }
 
-/// The length of the character that stands at the start; a lifetime has no second quote.
+/// The length of the character literal at the start; a lifetime has no second quote.
 fn character(text: &str) -> Option<usize> {
     let body = text.strip_prefix('\'')?;
     let first = body.chars().next()?;
@@ -97,7 +97,7 @@ fn character(text: &str) -> Option<usize> {
     rest[end..].starts_with('\'').then_some(1 + least + end + 1)
 }
 
-/// The length of the text or character that stands at the start, if one does.
+/// The length of the string or character literal at the start, if there is one.
 fn literal(text: &str) -> Option<usize> {
     let starts = ["r#", "r\"", "br", "b\"", "b'", "\"", "'"];
     if !starts.iter().any(|start| text.starts_with(start)) {
@@ -142,7 +142,7 @@ fn after_closing(tokens: &[String], open: usize) -> usize {
     tokens.len()
 }
 
-/// Takes out what is compiled for tests only; the modules declared there.
+/// Removes code that is compiled for tests only; returns the modules declared there.
 fn remove_tests(tokens: &mut Vec<String>) -> Vec<String> {
     let mut modules = Vec::new();
     let mut at = 0;
@@ -196,7 +196,7 @@ fn lift_modules(tokens: &mut Vec<String>) {
     }
 }
 
-/// Takes out all `use …;`.
+/// Removes all `use …;`, and returns their imports.
 fn remove_imports(tokens: &mut Vec<String>) -> Vec<Import> {
     let mut imports = Vec::new();
     let mut at = 0;
@@ -215,7 +215,7 @@ fn remove_imports(tokens: &mut Vec<String>) -> Vec<Import> {
     imports
 }
 
-/// Takes out all `mod …;`: a module that is declared is not needed for that.
+/// Removes all `mod …;`: a file does not need the modules that it declares.
 fn remove_modules(tokens: &mut Vec<String>) {
     let mut at = 0;
     while at + 2 < tokens.len() {

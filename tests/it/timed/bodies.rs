@@ -21,7 +21,7 @@ fn momentum_of(bodies: Vec<RigidBodyHandle>) -> Box<dyn Fn(&PhysicsWorld) -> DVe
     })
 }
 
-/// A long box, askew, so that points of its volume and surface are asked.
+/// A long box, rotated, so that points of its volume and surface are sampled.
 fn long_box() -> Scene {
     let mut world = weightless(1.0 / 60.0);
     let body = RigidBodyBuilder::dynamic().rotation(Vector::new(0.5, -0.25, 1.0));
@@ -54,7 +54,7 @@ fn on_a_rail(as_link: bool) -> Scene {
     (world, momentum_of(vec![body]))
 }
 
-/// Two that a joint holds together.
+/// Two balls that a joint holds together.
 fn coupled() -> Scene {
     let mut world = weightless(1.0 / 60.0);
     let pair = [
@@ -81,9 +81,9 @@ fn soft_block() -> Scene {
 
 type Make<T> = fn() -> T;
 
-/// Each with the number of bodies that are pushed, and the share of the impulse that roundings may cost.
+/// Each with the number of bodies that are pushed, and the share of the impulse that rounding may cost.
 fn scenes() -> [(&'static str, Make<Scene>, f64, f64); 5] {
-    // Each of its steps rounds a velocity, and the iterations of Rapier's solver do.
+    // Each step rounds velocities, and so does each iteration of Rapier's solver.
     let sharp = either(1e-5, 1e-12);
     [
         ("box", long_box, 1.0, sharp),
@@ -94,8 +94,7 @@ fn scenes() -> [(&'static str, Make<Scene>, f64, f64); 5] {
     ]
 }
 
-/// Whatever moves a body, and at however many points it is asked, the impulse of a window is force times
-/// overlap.
+/// However a body is moved, and at however many points it is sampled, the impulse of a window is force times overlap.
 #[test]
 fn windows_give_their_impulse_to_bodies_of_all_kinds() {
     let laws: [(&str, Make<Field>); 3] = [
@@ -130,8 +129,8 @@ fn windows_give_their_impulse_to_bodies_of_all_kinds() {
     }
 }
 
-/// What has left is not compiled: the plan of a set that a thousand fields have left, and what it does, is that of
-/// a set which never had them.
+/// Fields that have left are not compiled: a set that a thousand fields have left has the plan and the wrenches of one
+/// that never had them.
 #[test]
 fn a_thousand_fields_that_have_ended_leave_no_trace() {
     let boxes = || {
