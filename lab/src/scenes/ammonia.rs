@@ -1,8 +1,8 @@
 //! Rigid ammonia in a closed box, the paper's second simulation.
 //!
-//! The model is OPLS-AA with rigid geometry (N–H 1.01 Å, H–N–H 106.4°). Units throughout are
-//! ångström, atomic mass unit and picosecond; an energy is in amu Å²/ps², 0.01 kJ/mol. In SI a
-//! molecule's inertia underflows in `f32`, and Rapier would lock its rotation without a word.
+//! The model is OPLS-AA with rigid geometry (N–H 1.01 Å, H–N–H 106.4°). Units throughout are ångström, atomic mass unit
+//! and picosecond; an energy is in amu Å²/ps², 0.01 kJ/mol. In SI units, the inertia of a molecule underflows in `f32`,
+//! and Rapier silently locks its rotation.
 
 use super::fields;
 use fields::math::{
@@ -25,7 +25,7 @@ pub use tree::{DISPERSION, interaction, set_probes};
 pub const MASS: f64 = 17.0307;
 /// Moments of inertia about the body's x, y and z axes, which are principal, amu Å².
 pub const PRINCIPAL_INERTIA: [f64; 3] = [1.68672087031384, 1.68672087031384, 2.6371629045728437];
-/// Lennard-Jones σ between two nitrogens, Å. Hydrogens take no part.
+/// Lennard-Jones σ between two nitrogens, Å. It does not act on hydrogens.
 pub const LJ_SIGMA: f64 = 3.42;
 /// Lennard-Jones ε between two nitrogens, amu Å²/ps².
 pub const LJ_EPSILON: f64 = 71.128;
@@ -41,21 +41,20 @@ pub struct Site {
     pub name: &'static str,
     /// Position in the body's frame, whose origin is the centre of mass, Å.
     pub local_point: [f64; 3],
-    /// Mass, amu. The molecule has all of it on its body, its colliders have none.
+    /// Mass, amu. The whole mass of a molecule is on its body; colliders have none.
     pub mass: f64,
     /// Partial charge, e.
     pub charge: f64,
-    /// Radius of the ball collider, with which atoms touch, Å: see [`SITES`].
+    /// Radius of the ball collider, Å: see [`SITES`].
     pub hard_radius: f64,
 }
 
 /// The atoms of a molecule, nitrogen first.
 ///
-/// Hard radii are half the closest approaches of like atoms of this model without hard spheres: 3.0 Å
-/// of nitrogens (2.97 in the bound clusters of `tests/data`), 1.6 Å of hydrogens (1.55 in a gas at
-/// 400 K). So hydrogens stand out of their nitrogen's sphere, by 0.29 Å, and every kind of pair
-/// comes to touch. A nitrogen and a hydrogen touch at 2.3 Å, a little before their hydrogen bond
-/// would be at its shortest, 2.0 Å.
+/// Hard radii are half the closest approaches of like atoms of this model without hard spheres: 3.0 Å of nitrogens
+/// (2.97 in the bound clusters of `tests/data`), 1.6 Å of hydrogens (1.55 in a gas at 400 K). Hydrogens protrude from
+/// the sphere of their nitrogen by 0.29 Å, so that every kind of pair can touch. A nitrogen and a hydrogen touch at 2.3
+/// Å, slightly more than the shortest length of their hydrogen bond, 2.0 Å.
 pub const SITES: [Site; 4] = [
     Site {
         name: "N",
@@ -102,10 +101,10 @@ pub struct Molecule {
     pub sites: [ColliderHandle; 4],
 }
 
-/// Puts in one molecule, with its centre of mass at the origin of `pose`.
+/// Inserts one molecule, with its centre of mass at the origin of `pose`.
 ///
-/// `linvel` is in Å/ps; `angvel` in rad/ps, along the world's axes. The molecule never sleeps and
-/// takes forces and impulses at once, even before the first step.
+/// `linvel` is in Å/ps; `angvel` in rad/ps, along the world's axes. The molecule never sleeps. Forces and impulses act
+/// on it even before the first step.
 pub fn insert_molecule(
     bodies: &mut RigidBodySet,
     colliders: &mut ColliderSet,
@@ -113,7 +112,7 @@ pub fn insert_molecule(
     linvel: Vector,
     angvel: Vector,
 ) -> Molecule {
-    // Atoms overlap, so mass cannot come from their volumes: the body has it all.
+    // Atoms overlap, so the mass cannot come from their volumes: all of it is on the body.
     let mass_properties = MassProperties::new(
         Vector::ZERO,
         from_f64(MASS),
@@ -135,7 +134,7 @@ pub fn insert_molecule(
             .density(0.0);
         colliders.insert_with_parent(elastic(ball), body, bodies)
     });
-    // Rapier would do this in its next step, and ignore impulses until then.
+    // Otherwise Rapier computes masses in its next step, and ignores impulses until then.
     bodies[body].recompute_mass_properties_from_colliders(colliders);
     Molecule { body, sites }
 }

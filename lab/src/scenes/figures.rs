@@ -1,9 +1,8 @@
-//! The paper's Figure 3, an attraction with a repulsion in its place close by, and Figure 4, three
-//! bodies that each carry one.
+//! The paper's Figure 3, an attraction that a repulsion replaces close to its centre, and Figure 4, three bodies that
+//! each carry such a field.
 //!
-//! The inner field is dynamic, as in the paper: it simulates a surface, so where it begins depends
-//! on the radius of the body that enters. Both fields have constant strength, which makes every
-//! fall and bounce a closed form.
+//! The inner field is dynamic, as in the paper: it simulates a surface, so that its radius depends on the radius of the
+//! body that enters. Both fields have constant strength, so that every fall and bounce has a closed form.
 
 use super::fields;
 use fields::math::{Real, RigidBodyHandle, Vector};
@@ -12,17 +11,17 @@ use fields::{Axis, Field, Region, Tree};
 
 use super::{SceneError, check_range, empty_world};
 
-/// The composite of Figure 3: a pull towards the centre and, in its place where a body touches the
-/// surface, a push away from it.
+/// The composite of Figure 3: a pull towards the centre that is replaced by a push away from it where a body touches
+/// the surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LayeredField {
     /// Strength of the attraction, a force.
     pub pull: Real,
-    /// How far it reaches.
+    /// Radius within which it acts.
     pub reach: Real,
     /// Strength of the repulsion, a force.
     pub push: Real,
-    /// Radius of the surface that it stands for.
+    /// Radius of the surface that the repulsion simulates.
     pub surface: Real,
 }
 
@@ -39,25 +38,24 @@ impl Default for LayeredField {
 }
 
 impl LayeredField {
-    /// The tree: the replacement of union of the two fields, around the origin.
+    /// The tree: `replace_union` of the two fields, around the origin.
     pub fn tree(&self) -> Tree {
         let surface = self.surface;
         let touching = Region::predicate([Axis::Radius], move |sample| {
             sample.local_point.length() <= surface + sample.axes[0]
         });
         let pull = Field::radial(-self.pull, 0.0).within(Region::ball(self.reach));
-        // Without the ball nothing would bound the region, and every body would be looked at.
+        // The ball bounds the region. Otherwise every body would be tested.
         let push =
             Field::radial(self.push, 0.0).within(Region::ball(self.reach).intersection(touching));
         pull.named("attraction")
             .replace_union(push.named("repulsion"))
     }
 
-    /// The same tree for bodies of some radii only, all of it data: its repulsion has, in place of
-    /// the predicate that asks where a body of any radius touches, one ball for each radius. It
-    /// can stand in a file; the other cannot.
+    /// The same tree for bodies of certain radii, as plain data: one ball per radius replaces the predicate that tests
+    /// whether a body of any radius touches. Unlike the other tree, it can be stored in a file.
     ///
-    /// Radii are told apart to a thousandth.
+    /// Radii are equal if they differ by less than a thousandth.
     pub fn tree_for(&self, radii: &[Real]) -> Tree {
         let reach = Region::ball(self.reach);
         let touching = radii.iter().map(|radius| {
@@ -86,15 +84,14 @@ impl LayeredField {
 pub struct Figure3Settings {
     /// The field.
     pub field: LayeredField,
-    /// Radius, place and velocity of each body, all of mass 1.
+    /// Radius, position and velocity of each body; all have mass 1.
     pub bodies: Vec<(Real, Vector, Vector)>,
     /// Time step.
     pub dt: Real,
 }
 
 impl Default for Figure3Settings {
-    /// A small body that falls straight, a large one that falls straight, one that bounces its way
-    /// around, and one out of reach.
+    /// A small and a large body that fall straight to the centre, one that bounces around it, and one out of reach.
     fn default() -> Self {
         Self {
             field: LayeredField::default(),
@@ -111,7 +108,7 @@ impl Default for Figure3Settings {
 
 /// A figure as a world and a tree.
 pub struct Figure {
-    /// The physics world, without gravity; Rapier solves no contacts in it, the fields bounce.
+    /// The physics world, without gravity. Rapier solves no contacts in it: bodies bounce off the fields.
     pub world: PhysicsWorld,
     /// The composite field.
     pub tree: Tree,
@@ -146,22 +143,21 @@ impl Figure3Settings {
     }
 }
 
-/// Settings of Figure 4: three bodies, each with the composite field, on a triangle of equal sides
-/// around the origin.
+/// Settings of Figure 4: three bodies, each with the composite field, on an equilateral triangle around the origin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Figure4Settings {
     /// The field of each body; its surface is the body's own.
     pub field: LayeredField,
     /// Length of the sides.
     pub side: Real,
-    /// Speed around the origin at the start.
+    /// Initial speed around the origin.
     pub speed: Real,
     /// Time step.
     pub dt: Real,
 }
 
 impl Default for Figure4Settings {
-    /// Sides of 6, and a slow turn.
+    /// Sides of 6, and a slow rotation.
     fn default() -> Self {
         Self {
             field: LayeredField::default(),
@@ -173,7 +169,7 @@ impl Default for Figure4Settings {
 }
 
 impl Figure4Settings {
-    /// Builds the figure; the three bodies of mass 1 are both sources and bodies.
+    /// Builds the figure. The three bodies of mass 1 are listed as `bodies` and as `sources`.
     ///
     /// # Errors
     /// A setting is out of range.
@@ -221,7 +217,7 @@ fn insert_ball(
     world.insert(body, ball).0
 }
 
-/// Rapier finds its contacts and leaves them alone.
+/// Makes Rapier find the contacts of a collider, but not solve them.
 fn untouched(collider: ColliderBuilder) -> ColliderBuilder {
     use fields::rapier::geometry::{Group, InteractionGroups};
     collider.solver_groups(InteractionGroups {
@@ -239,7 +235,7 @@ mod tests {
     use fields::reference::Reference;
     use fields::{Fields, WorldRef};
 
-    /// The force on a sample of a body, or of none.
+    /// The force on a sample at `point`, of a body or of none.
     fn force(
         figure: &Figure,
         point: DVec3,
@@ -268,7 +264,7 @@ mod tests {
     }
 
     #[test]
-    fn figure_3_pulls_outside_pushes_inside_and_ends() {
+    fn figure_3_pulls_outside_pushes_inside_and_has_a_finite_reach() {
         let figure = Figure3Settings::default().build().unwrap();
         let along = DVec3::new(0.6, 0.0, 0.8);
         let at = |distance: f64, radius| force(&figure, along * distance, radius, None);
@@ -279,10 +275,10 @@ mod tests {
         assert_eq!(at(8.1, 0.0), None, "not defined is not zero");
     }
 
-    /// Dropped from rest at r₀, a body of mass 1 meets the surface at s after √(2 (r₀ − s)/pull),
-    /// sinks in by pull (r₀ − s)/push, and is back after twice the way there.
+    /// Released at rest at r₀, a body of mass 1 reaches the surface s after √(2 (r₀ − s)/pull), sinks in by
+    /// pull (r₀ − s)/push, and is back after twice the time to that depth.
     #[test]
-    fn figure_3_drops_and_bounces_as_it_must() {
+    fn figure_3_falls_and_bounces_by_the_closed_form() {
         let field = LayeredField::default();
         let (pull, push) = (to_f64(field.pull), to_f64(field.push));
         for (radius, start) in [(0.25, 4.0), (0.75, 6.0)] {
@@ -323,7 +319,7 @@ mod tests {
         assert_near(at(DVec3::ZERO, None), DVec3::ZERO, 1e-6);
         let between = (b + c) / 2.0;
         assert_near(at(between, None), (a - between).normalize(), 1e-6);
-        // Each body feels the other two, and not itself.
+        // The fields of the other two act on each body, its own does not.
         let on_a = at(a, Some(figure.bodies[0]));
         assert_near(on_a, -(3.0_f64.sqrt()) * a.normalize(), 1e-6);
         // Within the surface of one, that one pushes and the others pull.
@@ -333,10 +329,10 @@ mod tests {
         assert_near(at(within, None), pushed, 1e-4);
     }
 
-    /// Released at rest they fall towards their middle until they touch, sink in by what the
-    /// energy says, and are thrown back to where they were; nothing moves or turns the whole.
+    /// Released at rest, the bodies fall towards their middle until they touch, sink in by the depth that follows from
+    /// the energy, and return to where they were; the centre of mass stays.
     #[test]
-    fn figure_4_attracts_until_they_touch_and_bounces() {
+    fn figure_4_bodies_attract_until_they_touch_and_bounce() {
         let settings = Figure4Settings {
             speed: 0.0,
             dt: 1.0 / 1000.0,

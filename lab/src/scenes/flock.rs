@@ -1,9 +1,9 @@
-//! A flock in a gust, the paper's story (§1): birds that avoid one another, hold together and
-//! follow a path, until a strong wind makes them collide.
+//! A flock in a gust, the paper's example (§1): birds that avoid one another, hold together and follow a path, until a
+//! strong wind makes them collide.
 //!
-//! Around each bird there is an attraction far away and, in its place nearby, a repulsion
-//! (avoidance); and a detection field that answers collisions. The gust blows for a while, and only
-//! on one side of the path: birds in the wind are driven into those in the lee.
+//! Around each bird there is an attraction, replaced by a repulsion (avoidance) at short distance, and a contact field
+//! for collisions. The gust blows for a while, and only on one side of the path: it drives the birds on that side into
+//! those on the other.
 
 use super::fields;
 use crate::random::Random;
@@ -18,15 +18,15 @@ use super::{SceneError, check_count, check_range, empty_world};
 /// Radius of a bird, of mass 1.
 pub const RADIUS: Real = 0.25;
 
-/// Up to this distance birds avoid one another.
+/// Distance below which birds avoid one another.
 const PERSONAL_SPACE: Real = 1.6;
-/// Up to this distance they see one another.
+/// Distance below which birds attract one another.
 const SIGHT: Real = 6.0;
-/// Force of avoidance where two touch.
+/// Force of avoidance between two birds that touch.
 const AVOIDANCE: Real = 6.0;
 /// Force of cohesion, at the edge of the personal space.
 const COHESION: Real = 0.15;
-/// Force per velocity that keeps a bird at the flock's pace.
+/// Damping, force per velocity, that keeps a bird at the speed of the flock.
 const PACE: Real = 1.5;
 
 /// Settings of a flock.
@@ -38,13 +38,13 @@ pub struct FlockSettings {
     pub speed: Real,
     /// Speed of the gust, across the path.
     pub gust: Real,
-    /// When the gust sets in.
+    /// Time at which the gust begins.
     pub gust_start: Real,
-    /// How long it blows.
+    /// Duration of the gust.
     pub gust_length: Real,
     /// Time step.
     pub dt: Real,
-    /// Seed of the places.
+    /// Seed of the positions.
     pub seed: u64,
 }
 
@@ -63,7 +63,7 @@ impl Default for FlockSettings {
     }
 }
 
-/// A flock on its way.
+/// A flock in flight.
 pub struct Flock {
     /// The physics world, without gravity.
     pub world: PhysicsWorld,
@@ -74,10 +74,10 @@ pub struct Flock {
 }
 
 impl FlockSettings {
-    /// Builds the flock, at random places around the start of the path and at its pace.
+    /// Builds the flock, at random positions around the start of the path and with its speed.
     ///
     /// # Errors
-    /// A setting is out of range, or there are more birds than find a place.
+    /// A setting is out of range, or random draws find no place for a bird.
     pub fn build(&self) -> Result<Flock, SceneError> {
         check_count(self.count)?;
         check_range("speed", self.speed, 0.0, 1e3)?;
@@ -101,7 +101,7 @@ impl FlockSettings {
         Ok(Flock { world, tree, birds })
     }
 
-    /// Places in a ball, no two closer than the personal space.
+    /// Random positions in a ball, no two closer than the personal space.
     fn places(&self) -> Result<Vec<DVec3>, SceneError> {
         const ATTEMPTS: usize = 1000;
         let apart = to_f64(PERSONAL_SPACE);
@@ -136,7 +136,7 @@ impl FlockSettings {
         flight.sum_union(detection)
     }
 
-    /// A wind across the path, towards −z, where z > 0, for a while.
+    /// A wind across the path, towards −z, in the half space z > 0 during the gust.
     fn gust_field(&self) -> Field {
         let end = self.gust_start + self.gust_length;
         let blows = Region::interval(Axis::Time, self.gust_start, end);
@@ -147,7 +147,7 @@ impl FlockSettings {
     }
 }
 
-/// What birds do to one another: the composite of the paper's Figure 3.
+/// The forces between birds: the composite of the paper's Figure 3.
 fn social() -> Tree {
     let nearness = Scalar::distance().ramp(PERSONAL_SPACE, 2.0 * RADIUS);
     let avoidance = Field::radial(AVOIDANCE, 0.0)
@@ -161,7 +161,7 @@ fn social() -> Tree {
 }
 
 impl Flock {
-    /// Where the birds are.
+    /// Positions of the birds.
     pub fn places(&self) -> Vec<DVec3> {
         let place =
             |(body, _): &(RigidBodyHandle, _)| to_dvec3(self.world.bodies[*body].translation());
@@ -179,7 +179,7 @@ impl Flock {
         nearest - 2.0 * to_f64(RADIUS)
     }
 
-    /// Root mean square distance of the birds from their middle.
+    /// Root mean square distance of the birds from their centre.
     pub fn spread(&self) -> f64 {
         let places = self.places();
         let count = places.len() as f64;
@@ -194,7 +194,8 @@ mod tests {
     use super::*;
     use fields::Fields;
 
-    /// What a flock does before the gust, from then until 2 after it, and in the 8 that follow.
+    /// Contacts before the gust, from then until 2 after it, and in the 8 that follow; the smallest gap before the
+    /// gust; and the ratio of the final spread to that before the gust.
     fn run(seed: u64) -> ([usize; 3], f64, f64) {
         let settings = FlockSettings {
             seed,
@@ -208,7 +209,7 @@ mod tests {
         while fields.time() < end + 10.0 {
             let found = fields.step(&mut flock.world).unwrap().contacts;
             let time = fields.time();
-            // Birds may still be on their way into each other when the gust ends.
+            // Birds may still be approaching each other when the gust ends.
             let phase = usize::from(time > start) + usize::from(time > end + 2.0);
             contacts[phase] += found;
             if phase == 0 {
@@ -220,7 +221,7 @@ mod tests {
     }
 
     #[test]
-    fn birds_collide_in_the_gust_only_and_form_again() {
+    fn birds_collide_in_the_gust_only_and_regroup_after_it() {
         for seed in 1..=3 {
             let ([before, during, after], gap, ratio) = run(seed);
             assert_eq!(before, 0, "seed {seed}");
@@ -233,7 +234,7 @@ mod tests {
     }
 
     #[test]
-    fn without_the_gust_nobody_collides() {
+    fn birds_do_not_collide_without_the_gust() {
         let settings = FlockSettings {
             gust: 0.0,
             ..Default::default()

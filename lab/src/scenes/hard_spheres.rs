@@ -7,7 +7,7 @@ use fields::prelude::*;
 /// Radius of the spheres.
 pub const RADIUS: f64 = 0.5;
 
-/// Spheres in a cube from 0 to `side`, and what they do.
+/// Spheres in a cube from 0 to `side`, and their exact collisions.
 pub struct Gas {
     pub name: &'static str,
     pub side: f64,
@@ -23,14 +23,14 @@ pub struct Event {
     pub pair: Pair,
 }
 
-/// Who collides.
+/// The two parts of a collision.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Pair {
     Spheres(usize, usize),
     Wall(usize, usize),
 }
 
-/// Who finds and answers collisions.
+/// How collisions are found and answered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Method {
     Swept,
@@ -79,7 +79,7 @@ impl Gas {
         }
     }
 
-    /// A world of the spheres and six walls, and the fields that answer, if they do.
+    /// A world of the spheres and six walls, with contact fields unless `method` is [`Method::Rapier`].
     pub fn build(&self, method: Method, dt: f64) -> Result<Run, BuildError> {
         let mut world = PhysicsWorld::new();
         world.gravity = Vector::ZERO;
@@ -133,7 +133,7 @@ fn elastic(collider: ColliderBuilder) -> ColliderBuilder {
     collider.restitution(1.0).friction(0.0)
 }
 
-/// A gas on its way.
+/// A running simulation of a gas.
 pub struct Run {
     pub world: PhysicsWorld,
     pub fields: Option<Fields>,
@@ -144,8 +144,7 @@ pub struct Run {
 }
 
 impl Run {
-    /// Makes a step, and gives the collisions in it: in order of time if the method knows it,
-    /// else by number.
+    /// Makes a step, and returns its collisions: in order of time if the method reports times, else by number.
     pub fn step(&mut self) -> Result<Vec<Event>, StepError> {
         let dt = to_f64(self.world.integration_parameters.dt);
         self.time += dt;
@@ -169,7 +168,7 @@ impl Run {
         Ok(answered.filter_map(event).collect())
     }
 
-    /// Contacts to which Rapier's solver gave an impulse in this step, and in none just before.
+    /// Contacts to which Rapier's solver gave an impulse in this step, but not in the one before.
     fn solved(&mut self) -> Vec<Event> {
         let pairs = self.world.narrow_phase.contact_pairs();
         let pushed = pairs.filter(|pair| pair.total_impulse_magnitude() > 0.0);
@@ -196,7 +195,7 @@ impl Run {
         }
     }
 
-    /// Runs past the last collision of the reference; all collisions.
+    /// Runs past the last collision of the reference; returns all collisions.
     pub fn finish(&mut self, gas: &Gas) -> Result<Vec<Event>, StepError> {
         let last = gas.events.last().map_or(0.0, |event| event.time);
         let mut events = Vec::new();
@@ -207,7 +206,7 @@ impl Run {
     }
 }
 
-/// How many collisions are the reference's, in order, from the first on.
+/// Number of collisions from the first on that equal those of the reference, in order.
 pub fn in_order(events: &[Event], gas: &Gas) -> usize {
     let pairs = events.iter().zip(&gas.events);
     pairs

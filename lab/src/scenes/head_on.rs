@@ -1,8 +1,7 @@
-//! Bodies driven towards each other's places: two head-on, or four at a crossing.
+//! Bodies driven towards each other's positions: two head-on, or four at a crossing.
 //!
-//! Pure repulsion has no way out of the exactly symmetric case: the bodies come to rest where the
-//! drive and the repulsion balance. The cross product of the repulsion with the vertical gives
-//! everyone a push to their own right, whoever they meet; so they pass.
+//! With repulsion alone, bodies in exact symmetry come to rest where drive and repulsion balance. The cross product of
+//! the repulsion with the vertical pushes every body to its own right, so that they pass.
 
 use super::fields;
 use crate::random::Random;
@@ -16,7 +15,7 @@ use super::{SceneError, check_range, empty_world};
 /// Radius of a body.
 pub const RADIUS: Real = 0.3;
 
-/// How far a body pushes others away.
+/// Distance within which a body pushes others away.
 const REACH: Real = 2.0;
 /// Force of the repulsion where two bodies touch.
 const REPULSION: Real = 8.0;
@@ -25,7 +24,7 @@ const REPULSION: Real = 8.0;
 const DRIVE: Real = 2.0;
 const DRAG: Real = 2.0;
 
-/// Who meets.
+/// Two bodies head-on, or four at a crossing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Meeting {
     /// Two, head-on.
@@ -34,7 +33,7 @@ pub enum Meeting {
     Crossing,
 }
 
-/// What keeps them apart.
+/// The field that keeps bodies apart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Avoidance {
     /// A repulsion along the line of centres.
@@ -46,9 +45,9 @@ pub enum Avoidance {
 /// Settings of a meeting.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HeadOnSettings {
-    /// Who meets.
+    /// Two bodies head-on, or four at a crossing.
     pub meeting: Meeting,
-    /// What keeps them apart.
+    /// The field that keeps bodies apart.
     pub avoidance: Avoidance,
     /// Distance of starts and goals from the middle.
     pub distance: Real,
@@ -76,15 +75,15 @@ impl Default for HeadOnSettings {
 
 /// A meeting, in the plane of x and z.
 pub struct HeadOn {
-    /// The physics world, without gravity. Rapier sees no contacts: who touches, overlaps.
+    /// The physics world, without gravity. Rapier finds no contacts, so that bodies can overlap.
     pub world: PhysicsWorld,
     /// The drives and the avoidance.
     pub tree: Tree,
     /// The bodies.
     pub bodies: Vec<RigidBodyHandle>,
-    /// Where each wants to go.
+    /// The goal of each body.
     pub goals: Vec<Vector>,
-    /// What moves them when they are alone.
+    /// The fields on a body without others: a drive to its goal, and drag.
     drives: Tree,
 }
 
@@ -148,7 +147,7 @@ impl Avoidance {
         match self {
             Avoidance::Repulsion => repulsion.into(),
             Avoidance::WithCross => {
-                // A set over place and velocity: those who come nearer.
+                // A region of positions and velocities: samples that come nearer.
                 let approaching = Region::predicate([Axis::Speed], |sample| {
                     sample.local_velocity.dot(sample.local_point) < 0.0
                 });
@@ -158,9 +157,9 @@ impl Avoidance {
     }
 }
 
-/// A repulsion and, where the vertical is defined, the push to the right.
+/// A repulsion and, where the vertical is defined, a push to the right.
 fn passing(vertical: Field, repulsion: Field) -> Tree {
-    // Who faces the field's origin has ŷ × (the push they feel) to their right.
+    // For a body that faces the field's origin, ŷ × repulsion points to its right.
     let vertical = vertical.named("vertical");
     repulsion
         .clone()
@@ -184,15 +183,15 @@ impl HeadOn {
         Tree::instances(avoidance, bodies).sum_union(self.drives.clone())
     }
 
-    /// The tree of [`Avoidance::WithCross`], all of it data: in place of the predicate that asks
-    /// who comes nearer, the vertical is an expression, one where they do and zero where not. It
-    /// can stand in a file; the other cannot.
+    /// The tree of [`Avoidance::WithCross`], as plain data: instead of the predicate that tests for approach, the
+    /// vertical is an expression, one during approach and zero otherwise. Unlike the other tree, it can be stored in a
+    /// file.
     pub fn tree_as_text(&self) -> Tree {
         let vertical = Field::expression(["0", "x*vx + y*vy + z*vz < 0", "0"]);
         self.with(passing(vertical, repulsion()))
     }
 
-    /// Whether all are within half a length unit of their goals.
+    /// Whether all bodies are within half a length unit of their goals.
     pub fn is_over(&self) -> bool {
         let near = |(body, goal): (&RigidBodyHandle, &Vector)| {
             let place = self.world.bodies[*body].translation();
@@ -201,7 +200,7 @@ impl HeadOn {
         self.bodies.iter().zip(&self.goals).all(near)
     }
 
-    /// Where the bodies are.
+    /// Positions of the bodies.
     pub fn places(&self) -> Vec<DVec3> {
         let place = |body: &RigidBodyHandle| to_dvec3(self.world.bodies[*body].translation());
         self.bodies.iter().map(place).collect()
@@ -225,10 +224,10 @@ mod tests {
     use fields::Fields;
     use fields::math::to_f64;
 
-    /// Cruising there alone takes ten units of time; a hundred are for ever.
+    /// A body alone reaches its goal in ten units of time; after a hundred, a run counts as a deadlock.
     const MAX_ITERATIONS: usize = 6000;
 
-    /// Time to the goals, if they are reached, and the least distance between two.
+    /// Time to the goals, if they are reached, and the least distance between two bodies.
     fn run(settings: HeadOnSettings) -> (Option<f64>, f64) {
         let mut scene = settings.build().unwrap();
         let mut fields = Fields::new(scene.tree.clone()).unwrap();
@@ -244,7 +243,7 @@ mod tests {
     }
 
     #[test]
-    fn exact_symmetry_deadlocks_without_the_cross_product_and_not_with_it() {
+    fn symmetric_bodies_deadlock_by_repulsion_alone_and_pass_with_the_cross_product() {
         for meeting in [Meeting::Pair, Meeting::Crossing] {
             let settings = |avoidance| HeadOnSettings {
                 meeting,
@@ -261,7 +260,7 @@ mod tests {
     }
 
     #[test]
-    fn everyone_passes_on_their_right() {
+    fn each_body_passes_on_its_own_right() {
         let mut scene = HeadOnSettings::default().build().unwrap();
         let mut fields = Fields::new(scene.tree.clone()).unwrap();
         let abreast = |places: &[DVec3]| places[0].x >= places[1].x;

@@ -8,9 +8,9 @@ use fields::{Field, Region, Tree};
 
 /// Gravitational parameter of the planet, m³/s².
 const PLANET: Real = 8.0;
-/// Where it is, m.
+/// Centre of the planet, m.
 const CENTER: Vector = Vector::new(0.0, 3.5, -6.0);
-/// How far its gravity reaches, m.
+/// Radius within which its gravity acts, m.
 const REACH: Real = 2.5;
 
 /// The level at its start.
@@ -38,7 +38,7 @@ pub fn build() -> (PhysicsWorld, Tree) {
     (world, tree())
 }
 
-/// Crates, balls and planks on their way down.
+/// Inserts crates, balls and planks that fall.
 fn falling(world: &mut PhysicsWorld) {
     for number in 0..24 {
         let place = |k: i32| (k - 2) as Real * 2.2;

@@ -1,9 +1,8 @@
 //! Ready-made Rapier worlds: rigid ammonia and equal spheres, each in a closed box; the paper's
 //! Figures 3 and 4; a flock in a gust; bodies that meet head-on.
 //!
-//! Every scene is a plain [`PhysicsWorld`] with the handles
-//! of what was put in. Its settings have a `build` that checks every value, and the same seed
-//! gives the same scene.
+//! Every scene is a plain [`PhysicsWorld`] with the handles of its bodies and colliders. Its settings have a `build`
+//! that checks every value, and the same seed gives the same scene.
 
 pub mod ammonia;
 
@@ -66,9 +65,9 @@ pub enum SceneError {
     Crowded {
         /// The body that did not fit, counted from 0.
         index: usize,
-        /// How many there should be.
+        /// The number of bodies asked for.
         count: usize,
-        /// How many places or orientations were drawn for it.
+        /// Number of places or orientations that were drawn for it.
         attempts: usize,
         /// The name of the setting that decides how much room there is.
         setting: &'static str,
@@ -86,11 +85,11 @@ pub fn elastic(collider: ColliderBuilder) -> ColliderBuilder {
         .friction_combine_rule(CoefficientCombineRule::Min)
 }
 
-/// Puts in a closed, elastic box around the origin: six slabs on one fixed body.
+/// Inserts a closed, elastic box around the origin: six slabs on one fixed body.
 ///
-/// `half_extents` are the distances from the origin to the walls. The colliders are, in order,
-/// the walls at -x, +x, -y, +y, -z and +z. Half-spaces would have infinite bounds: Rapier would
-/// look at every ball against every wall in every step, five times the work of the whole scene.
+/// `half_extents` are the distances from the origin to the walls. The colliders are, in order, the walls at -x, +x, -y,
+/// +y, -z and +z. Half-spaces would have infinite bounds: Rapier would test every ball against every wall in every
+/// step, which takes five times as long as the rest of the scene.
 pub fn insert_box(
     bodies: &mut RigidBodySet,
     colliders: &mut ColliderSet,
@@ -105,7 +104,7 @@ pub fn insert_box(
         -Vector::Z,
         Vector::Z,
     ];
-    // As thick as half the box, and overlapping at the edges: there is no gap to slip through.
+    // Walls are as thick as half the box and overlap at the edges, so that there is no gap.
     outward.map(|outward| {
         let axis = outward.abs();
         let slab = axis * (0.5 * half_extents) + (Vector::ONE - axis) * (2.0 * half_extents);
@@ -115,16 +114,16 @@ pub fn insert_box(
     })
 }
 
-/// A world without gravity, set up so that free flight and elastic bounces are all that happens.
+/// A world without gravity, with parameters for exact free flight and elastic bounces.
 fn empty_world(dt: Real) -> PhysicsWorld {
     PhysicsWorld {
         gravity: Vector::ZERO,
         integration_parameters: IntegrationParameters {
             dt,
-            // A reused contact is up to 0.05 length units out, and some are missed.
+            // A reused contact is up to 0.05 length units off, and some contacts are missed.
             contact_recycling: false,
-            // Continuous detection moves a fast body back to its first touch and loses the rest
-            // of its step; energy stays, but time does not.
+            // Continuous detection moves a fast body back to its first touch and drops the rest of its step: energy is
+            // conserved, but simulated time is lost.
             max_ccd_substeps: 0,
             // The default caps every speed at 400 length units per unit of time.
             normalized_max_linear_velocity: Real::MAX,
@@ -142,7 +141,7 @@ fn check_count(count: usize) -> Result<(), SceneError> {
     }
 }
 
-/// Fails on NaN too, which is in no range.
+/// NaN is out of every range.
 fn check_range(setting: &'static str, value: Real, min: Real, max: Real) -> Result<(), SceneError> {
     if (min..=max).contains(&value) {
         Ok(())
@@ -156,9 +155,9 @@ fn check_range(setting: &'static str, value: Real, min: Real, max: Real) -> Resu
     }
 }
 
-/// What the bodies of a scene, all alike, carry together; summed in `f64`.
+/// Total energy and momenta of the bodies of a scene, which are all alike; summed in `f64`.
 ///
-/// Takes mass and inertia as known, not from Rapier, so that it can judge Rapier.
+/// Mass and inertia are those of the model, not Rapier's, so that Rapier can be tested.
 #[derive(Clone, Copy, Debug, Default)]
 struct Motion {
     kinetic_energy: f64,
@@ -168,8 +167,8 @@ struct Motion {
 }
 
 impl Motion {
-    /// Sums over `handles`; each body has its centre of mass at its origin and its principal
-    /// axes along its own x, y and z.
+    /// Sums over `handles`. Each body has its centre of mass at its origin and its principal axes along its own x, y
+    /// and z.
     fn of(
         bodies: &RigidBodySet,
         handles: impl Iterator<Item = RigidBodyHandle>,
@@ -177,7 +176,7 @@ impl Motion {
         principal_inertia: DVec3,
     ) -> Self {
         let mut sum = Self::default();
-        // A body the caller has taken out carries nothing.
+        // The caller may have removed a body.
         for body in handles.filter_map(|handle| bodies.get(handle)) {
             let pose = to_dpose3(body.position());
             let momentum = mass * to_dvec3(body.linvel());
@@ -218,7 +217,7 @@ mod tests {
                     .any(|pair| pair.has_any_active_contact());
             }
             let center = world.bodies[ball].translation();
-            // Rapier lets a ball sink in by about what it moves in a step.
+            // In Rapier, a ball sinks in by about its motion in a step.
             let sunk = (center.abs() + 0.5 - half_extents).max_element();
             assert!(sunk < 0.05, "{center} is {sunk} inside a wall");
         }
@@ -228,7 +227,7 @@ mod tests {
     }
 
     #[test]
-    fn range_rejects_nan_and_names_the_limit() {
+    fn check_range_rejects_nan_and_names_the_limits() {
         assert_eq!(check_range("dt", 0.5, 0.0, 0.5), Ok(()));
         assert!(check_range("dt", Real::NAN, 0.0, 0.5).is_err());
         let error = check_range("dt", -1.0, 0.0, 0.5).unwrap_err();

@@ -1,7 +1,7 @@
-//! A level of a game to look at: a planet with two moons, a wind that blows balls into a pool, a magnet that
-//! catches what is of iron, and crates that sleep until an explosion wakes them.
+//! The level of the animated picture: a planet with two moons, a wind that blows balls into a pool, a magnet that
+//! attracts iron, and crates that sleep until an explosion wakes them.
 //!
-//! The floor is y = 0. Balls and pieces of iron are dropped while it goes on.
+//! The floor is y = 0. Balls and pieces of iron are dropped at intervals.
 
 use super::fields;
 use fields::math::{
@@ -12,37 +12,37 @@ use fields::rapier::prelude::{
 };
 use fields::{Field, Fields, Region, StepError, Tree};
 
-/// Steps in a second.
+/// Steps per second.
 pub const STEPS_PER_SECOND: usize = 50;
-/// Steps after which moons are where they were, and all begins again.
+/// Steps after which the moons are back at their start and the picture repeats.
 pub const STEPS: usize = 350;
-/// From the middle of the island's floor to its borders, and how thick it is, m.
+/// Half the width (x, z) of the island's floor, and its thickness (y), m.
 pub const ISLAND: Vector = Vector::new(9.0, 1.3, 4.6);
-/// The middle of the water's surface, and half the size of the pool: the water fills twice its height.
+/// Middle of the water's surface, and half the size of the pool, whose depth is twice its y, m.
 pub const POOL: Vector = Vector::new(5.6, -0.22, 1.9);
 pub const POOL_SIZE: Vector = Vector::new(2.6, 0.5, 1.9);
-/// The middle of the planet, its radius and the reach of its gravity, m.
+/// Centre of the planet, its radius and the reach of its gravity, m.
 pub const PLANET: Vector = Vector::new(-5.9, 3.3, -2.2);
 pub const PLANET_RADIUS: Real = 0.95;
 pub const PLANET_REACH: Real = 2.5;
-/// The middle of the wind and half its size, m.
+/// Centre of the wind and half its size, m.
 pub const WIND: Vector = Vector::new(-3.0, 0.95, 2.3);
 pub const WIND_SIZE: Vector = Vector::new(5.6, 0.95, 1.5);
-/// Where the magnet pulls to, and how far, m.
+/// Centre and reach of the magnet's pull, m.
 pub const MAGNET: Vector = Vector::new(6.6, 1.0, -2.6);
 pub const MAGNET_REACH: Real = 3.6;
-/// When and where it explodes, and how far that reaches, m.
+/// Step, centre and reach (m) of the explosion.
 pub const BLAST_STEP: usize = 116;
 pub const BLAST: Vector = Vector::new(-0.3, -0.9, -1.3);
 pub const BLAST_REACH: Real = 5.0;
 
-/// A ball and a piece of iron are dropped every so many steps.
+/// Steps between two drops of balls, and of pieces of iron.
 const DROP_STEPS: usize = 38;
 
-/// What is of iron.
+/// The group of bodies of iron.
 const IRON: Group = Group::GROUP_2;
 
-/// What a body is.
+/// The kind of a body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     Moon,
@@ -57,11 +57,11 @@ pub enum Kind {
 pub struct Thing {
     pub body: RigidBodyHandle,
     pub kind: Kind,
-    /// The step before which it was put in.
+    /// The step before which it was inserted.
     pub since: usize,
 }
 
-/// The level, as it goes.
+/// The running level.
 pub struct Playground {
     pub world: PhysicsWorld,
     pub fields: Fields,
@@ -70,10 +70,10 @@ pub struct Playground {
 }
 
 impl Playground {
-    /// The level at its start.
+    /// Builds the level.
     ///
     /// # Errors
-    /// See [`BuildError`](fields::BuildError); there should be none.
+    /// See [`BuildError`](fields::BuildError); none is expected.
     pub fn new() -> Result<Self, fields::BuildError> {
         let mut level = Self {
             world: PhysicsWorld::new(),
@@ -89,7 +89,7 @@ impl Playground {
         Ok(level)
     }
 
-    /// Makes a step, and before it drops what is due, or explodes.
+    /// Makes a step. Drops bodies and starts the explosion before it if they are due.
     ///
     /// # Errors
     /// See [`StepError`].
@@ -110,7 +110,7 @@ impl Playground {
         self.things.push(Thing { body, kind, since });
     }
 
-    /// An island with a basin, the planet and the magnet: what does not move.
+    /// Inserts the fixed bodies: an island with a basin, the planet and the magnet.
     fn insert_ground(&mut self) {
         let mut slab = |least: [Real; 3], greatest: [Real; 3]| {
             let (least, greatest) = (Vector::from_array(least), Vector::from_array(greatest));
@@ -138,7 +138,7 @@ impl Playground {
         }
     }
 
-    /// Two moons, of which one goes around twice while the other does thrice.
+    /// Inserts two moons, one with two and one with three revolutions in [`STEPS`].
     fn insert_moons(&mut self) {
         let turns: [Real; 2] = [2.0, 3.0];
         let tilts: [Real; 2] = [0.35, -0.6];
@@ -155,7 +155,7 @@ impl Playground {
         }
     }
 
-    /// Two pyramids, one behind the other, asleep.
+    /// Inserts two sleeping pyramids, one behind the other.
     fn insert_crates(&mut self) {
         let half: Real = 0.42;
         for back in 0..2 {
@@ -175,7 +175,7 @@ impl Playground {
         }
     }
 
-    /// Rafts that lie on the water as deep as they float, asleep.
+    /// Inserts sleeping rafts on the water, at the depth at which they float.
     fn insert_rafts(&mut self) {
         for (x, z, turn) in [(-1.2, 0.7, 0.3), (0.9, -0.7, -0.5)] {
             let at = POOL + Vector::new(x, 0.0, z);
@@ -188,14 +188,14 @@ impl Playground {
         }
     }
 
-    /// A ball into the wind and a piece of iron near the magnet, every so often, as long as there is time for
-    /// them to get where they go.
+    /// Drops a ball into the wind and a piece of iron near the magnet every [`DROP_STEPS`], as long as there is time
+    /// for them to arrive.
     fn drop_things(&mut self) {
         if self.step >= 250 {
             return;
         }
         let number = self.step / DROP_STEPS;
-        // Places that look as if drawn by lot.
+        // Pseudo-random offsets.
         let aside = |factor: Real| (number as Real * factor).sin();
         if self.step.is_multiple_of(DROP_STEPS) {
             let at = WIND + Vector::new(-4.7, 1.2, 0.9 * aside(2.4));
@@ -221,7 +221,7 @@ impl Playground {
     }
 }
 
-/// A box that stands still.
+/// A fixed box.
 #[derive(Clone, Copy, Debug)]
 pub struct Part {
     pub middle: Vector,
@@ -230,7 +230,7 @@ pub struct Part {
     pub is_pole: bool,
 }
 
-/// The magnet: a horseshoe of a back and two arms that end in poles, open towards -x.
+/// The magnet: a horseshoe that is open towards -x, with poles at the ends of its arms.
 pub fn magnet_parts() -> [Part; 5] {
     let part = |x: Real, z: Real, half_x: Real, half_z: Real, is_pole: bool| Part {
         middle: MAGNET + Vector::new(x, 0.0, z),
@@ -246,13 +246,13 @@ pub fn magnet_parts() -> [Part; 5] {
     ]
 }
 
-/// The rate at which a moon turns that goes around so often.
+/// Angular velocity of a moon with this number of revolutions in [`STEPS`], rad/s.
 fn orbit_rate(turns: Real) -> Real {
     let turn = from_f64(std::f64::consts::TAU);
     turns * turn * STEPS_PER_SECOND as Real / STEPS as Real
 }
 
-/// The gravitational parameter by which the slower moon is 2.05 m from the middle, m³/s².
+/// The gravitational parameter with which the slower moon is 2.05 m from the centre, m³/s².
 fn planet_mu() -> Real {
     let (rate, away): (Real, Real) = (orbit_rate(2.0), 2.05);
     rate * rate * away * away * away
@@ -275,7 +275,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn all_happens_that_there_is_to_see() {
+    fn crates_wake_balls_and_iron_arrive_and_moons_stay_in_orbit() {
         let mut level = Playground::new().expect("fields that can be built");
         let sleepers = |level: &Playground, kind: Kind| {
             let things = level.things.iter().filter(|it| it.kind == kind);

@@ -2,9 +2,9 @@
 //!
 //! Units are the caller's: any consistent set of length, mass and time.
 //!
-//! Rapier keeps the energy of a bounce between two bodies to rounding. A sphere that touches two
-//! things in one step gains or loses some: in a crowded box at 1/60, 5 % to 20 % of the total
-//! within 600 steps. The shorter the step, the rarer it is.
+//! Rapier conserves the energy of a bounce between two bodies to rounding. A sphere that touches two bodies in one step
+//! gains or loses energy: in a crowded box at 1/60, 5 % to 20 % of the total within 600 steps. Shorter steps make that
+//! rarer.
 
 use super::fields;
 use fields::math::{
@@ -21,10 +21,10 @@ use crate::random::Random;
 /// Mass of a sphere.
 pub const MASS: f64 = 1.0;
 
-/// Places drawn for a sphere before the box counts as full.
+/// Positions drawn for a sphere before the box counts as full.
 const MAX_DRAWS: usize = 1000;
 
-/// What the box is filled with.
+/// Settings of a box of spheres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpheresSettings {
     /// Number of spheres.
@@ -37,7 +37,7 @@ pub struct SpheresSettings {
     pub speed: Real,
     /// Time step. A sphere that moves by more than its radius in a step may pass through another.
     pub dt: Real,
-    /// Seed of places and directions.
+    /// Seed of positions and directions.
     pub seed: u64,
 }
 
@@ -70,10 +70,10 @@ pub struct BoxOfSpheres {
 }
 
 impl SpheresSettings {
-    /// Builds the box, with spheres at random places that overlap neither each other nor a wall.
+    /// Builds the box, with spheres at random positions that overlap neither each other nor a wall.
     ///
     /// # Errors
-    /// A setting out of range, or more spheres than random placing finds room for.
+    /// A setting is out of range, or random draws find no place for a sphere.
     pub fn build(&self) -> Result<BoxOfSpheres, SceneError> {
         check_count(self.count)?;
         check_range("radius", self.radius, 1e-3, 1e3)?;
@@ -134,9 +134,9 @@ impl SpheresSettings {
     }
 }
 
-/// Puts in one sphere of mass [`MASS`], which never sleeps.
+/// Inserts one sphere of mass [`MASS`], which never sleeps.
 ///
-/// It takes forces and impulses at once, even before the first step.
+/// Forces and impulses act on it even before the first step.
 pub fn insert_sphere(
     bodies: &mut RigidBodySet,
     colliders: &mut ColliderSet,
@@ -152,16 +152,15 @@ pub fn insert_sphere(
     );
     let ball = elastic(ColliderBuilder::ball(radius).mass(1.0));
     let collider = colliders.insert_with_parent(ball, body, bodies);
-    // Rapier would do this in its next step, and ignore impulses until then.
+    // Otherwise Rapier computes masses in its next step, and ignores impulses until then.
     bodies[body].recompute_mass_properties_from_colliders(colliders);
     (body, collider)
 }
 
 impl BoxOfSpheres {
-    /// The tree of the paper's first simulation (§3.3, §4): around each sphere a detection field
-    /// that answers by `law`.
+    /// The tree of the paper's first simulation (§3.3, §4): around each sphere a contact field with `law`.
     ///
-    /// The walls are detection fields too, always elastic: the paper leaves them out of its rule.
+    /// The walls have contact fields too, always elastic: the paper's rule does not cover them.
     pub fn tree(&self, law: ContactLaw) -> Tree {
         let elastic = ContactLaw::elastic();
         let spheres = self.spheres.iter().map(|(_, sphere)| (*sphere, law));
@@ -201,7 +200,7 @@ mod tests {
     use fields::math::to_dvec3;
 
     #[test]
-    fn default_box_has_no_overlap_and_the_asked_for_energy() {
+    fn default_box_has_no_overlap_and_the_energy_of_its_settings() {
         let settings = SpheresSettings::default();
         let scene = settings.build().unwrap();
         let centers: Vec<DVec3> = scene
@@ -223,7 +222,7 @@ mod tests {
 
     #[test]
     fn bounces_keep_energy() {
-        // Two spheres: with more, some touch two others in one step, which Rapier gets wrong.
+        // With more than two spheres, some touch two others in one step, where Rapier does not conserve energy.
         let settings = SpheresSettings {
             count: 2,
             half_extent: 2.0,

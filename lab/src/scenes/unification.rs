@@ -1,6 +1,5 @@
-//! The paper's §3.4: avoidance and collision in one tree. Around one fixed ball a static field pushes
-//! away what comes near; close to its surface, a contact field replaces it. Who is slow turns back
-//! untouched; who is fast collides.
+//! The paper's §3.4: avoidance and collision in one tree. Around a fixed ball, a static field pushes bodies away; close
+//! to its surface, a contact field replaces it. Slow bodies turn back without contact; fast ones collide.
 
 use super::fields;
 use fields::math::{Real, RigidBodyHandle, Vector};
@@ -8,26 +7,26 @@ use fields::prelude::*;
 
 use super::{SceneError, check_range, elastic, empty_world};
 
-/// Radius of the ball in the middle, which has mass without end.
+/// Radius of the fixed ball in the middle.
 pub const OBSTACLE: Real = 1.0;
 /// Radius of the bodies, of mass 1.
 pub const RADIUS: Real = 0.3;
-/// The avoidance begins here, and the contact field takes its place there.
+/// Distances from the centre of the ball at which the avoidance begins, and at which the contact field replaces it.
 pub const REACH: [Real; 2] = [4.0, 1.6];
 
-/// What comes: places, and velocities.
+/// Settings of the scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct UnificationSettings {
     /// Strength of the avoidance, a force.
     pub push: Real,
-    /// Place and velocity of each body.
+    /// Position and velocity of each body.
     pub bodies: Vec<(Vector, Vector)>,
     /// Time step.
     pub dt: Real,
 }
 
 impl Default for UnificationSettings {
-    /// A slow body and a fast one head-on, and one of each kind off the middle.
+    /// Two fast bodies and two slow ones, aimed at or past the centre.
     fn default() -> Self {
         let x = |y: Real| Vector::new(-6.5, y, 0.0);
         UnificationSettings {
@@ -49,9 +48,9 @@ pub struct Unification {
     pub world: PhysicsWorld,
     /// Both fields.
     pub tree: Tree,
-    /// What moves.
+    /// The bodies that move.
     pub bodies: Vec<RigidBodyHandle>,
-    /// What is avoided, and hit.
+    /// The fixed ball.
     pub obstacle: RigidBodyHandle,
 }
 
@@ -93,7 +92,7 @@ mod tests {
     use super::*;
     use fields::math::to_f64;
 
-    /// The nearest that each body came, whether it touched, and its speed in the end.
+    /// The smallest distance of each body from the centre, whether it touched, and its final speed.
     fn run() -> Vec<(f64, bool, f64)> {
         let mut scene = UnificationSettings::default().build().unwrap();
         let builder = Fields::builder(scene.tree.clone()).detection(Detection::Swept);
@@ -115,11 +114,11 @@ mod tests {
     }
 
     #[test]
-    fn who_is_slow_turns_back_and_who_is_fast_collides() {
+    fn slow_bodies_turn_back_and_fast_ones_collide() {
         let seen = run();
         let surface = to_f64(OBSTACLE + RADIUS);
         for (number, (nearest, touched, speed)) in seen.into_iter().enumerate() {
-            // The push has a potential: what leaves is as fast as it came.
+            // The push has a potential: a body leaves at the speed at which it came.
             let (fast, start) = match number {
                 0 | 1 => (true, 3.0),
                 2 => (false, 1.4),

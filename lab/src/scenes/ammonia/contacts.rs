@@ -1,4 +1,4 @@
-//! The contacts of a box of ammonia by what touches, and what they do to rotation.
+//! The contacts of a box of ammonia by kind, and their effect on rotation.
 
 use std::collections::HashMap;
 
@@ -9,7 +9,7 @@ use fields::math::{ColliderHandle, DVec3, Vector, to_dvec3};
 
 use super::BoxOfAmmonia;
 
-/// What touches in a contact.
+/// The kind of a contact.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ContactKind {
     /// Two nitrogens.
@@ -31,7 +31,7 @@ impl ContactKind {
         ContactKind::Wall,
     ];
 
-    /// How it is called.
+    /// The name in tables.
     pub fn name(self) -> &'static str {
         match self {
             ContactKind::NitrogenNitrogen => "N–N",
@@ -42,10 +42,10 @@ impl ContactKind {
     }
 }
 
-/// Sums over the answered contacts of one kind; each molecule of a contact counts by itself.
+/// Sums over the answered contacts of one kind; the two molecules of a contact count separately.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct KindTally {
-    /// Contacts that were answered, each once for every step in which it was.
+    /// Answered contacts, counted once per step in which they were.
     pub contacts: u64,
     molecules: u64,
     arms: f64,
@@ -53,13 +53,12 @@ pub struct KindTally {
 }
 
 impl KindTally {
-    /// Mean distance of a molecule's centre of mass from the line of the impulse, Å; zero if there
-    /// was no contact.
+    /// Mean distance of a molecule's centre of mass from the line of the impulse, Å; zero without contacts.
     pub fn mean_arm(&self) -> f64 {
         self.arms / self.molecules.max(1) as f64
     }
 
-    /// Mean angular momentum about its centre of mass that a molecule takes up, amu Å²/ps.
+    /// Mean angular momentum about its centre of mass that a molecule receives, amu Å²/ps.
     pub fn mean_spin(&self) -> f64 {
         self.spins / self.molecules.max(1) as f64
     }
@@ -72,7 +71,7 @@ impl KindTally {
     }
 }
 
-/// Contacts by kind, from some moment on.
+/// Counts of contacts by kind.
 #[derive(Clone, Debug)]
 pub struct ContactKinds {
     nitrogens: HashMap<ColliderHandle, bool>,
@@ -80,7 +79,7 @@ pub struct ContactKinds {
 }
 
 impl ContactKinds {
-    /// None yet.
+    /// No contacts counted.
     pub fn new(scene: &BoxOfAmmonia) -> Self {
         let molecules = scene.molecules.iter();
         let atoms = molecules.flat_map(|it| it.sites.into_iter().enumerate());
@@ -107,7 +106,7 @@ impl ContactKinds {
         }
     }
 
-    /// What was counted of one kind.
+    /// The sums of one kind.
     pub fn of(&self, kind: ContactKind) -> &KindTally {
         &self.tallies[kind as usize]
     }

@@ -1,4 +1,4 @@
-//! How a box of ammonia is laid out.
+//! The settings of a box of ammonia, and how it is built.
 
 use super::super::{SceneError, check_count, check_range, empty_world, insert_box};
 use super::fields;
@@ -8,17 +8,17 @@ use fields::rapier::prelude::PhysicsWorld;
 
 use super::{BOLTZMANN, BoxOfAmmonia, MASS, PRINCIPAL_INERTIA, SITES, insert_molecule};
 
-/// A sphere of this radius about the centre of mass holds all hard spheres, Å.
+/// Radius of a sphere about the centre of mass that contains all hard spheres, Å.
 const REACH: f64 = 1.79;
-/// Orientations drawn for a molecule before its place counts as too small.
+/// Orientations drawn for a molecule before its cell counts as too small.
 const MAX_DRAWS: usize = 1000;
 
-/// What the box is filled with.
+/// Settings of a box of ammonia.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AmmoniaSettings {
     /// Number of molecules.
     pub count: usize,
-    /// Spacing of the cubic lattice the molecules start on, Å. The box is the lattice's cells.
+    /// Spacing of the cubic lattice on which the molecules start, Å. The box consists of its cells.
     pub spacing: Real,
     /// Temperature of the velocities, K.
     pub temperature: Real,
@@ -48,7 +48,7 @@ impl AmmoniaSettings {
     /// If `count` is not a cube, empty cells of the lattice are spread evenly.
     ///
     /// # Errors
-    /// A setting out of range, or molecules that would overlap however they are turned.
+    /// A setting is out of range, or random draws find no orientation without overlap.
     pub fn build(&self) -> Result<BoxOfAmmonia, SceneError> {
         check_count(self.count)?;
         check_range("spacing", self.spacing, 1.0, 1e3)?;
@@ -86,7 +86,7 @@ impl AmmoniaSettings {
         })
     }
 
-    /// Lattice places, each with an orientation that overlaps neither a molecule nor a wall.
+    /// Positions on the lattice, each with an orientation that overlaps neither a molecule nor a wall.
     fn poses(
         &self,
         random: &mut Random,
@@ -94,7 +94,7 @@ impl AmmoniaSettings {
         half_extent: f64,
     ) -> Result<Vec<DPose3>, SceneError> {
         let spacing = to_f64(self.spacing);
-        // Where the smallest spheres around the molecules do not meet, every orientation is free.
+        // If the spheres of radius `REACH` do not overlap, every orientation is free.
         let roomy = spacing >= 2.0 * REACH;
         let mut poses: Vec<DPose3> = Vec::with_capacity(self.count);
         for index in 0..self.count {
@@ -212,8 +212,8 @@ mod tests {
     }
 
     #[test]
-    fn tight_lattice_has_no_overlap() {
-        // So tight that only some orientations fit.
+    fn a_tight_lattice_has_no_overlap() {
+        // At this spacing only some orientations fit.
         let settings = AmmoniaSettings {
             count: 50,
             spacing: 3.4,
@@ -224,7 +224,7 @@ mod tests {
         for (i, a) in poses.iter().enumerate() {
             for b in &poses[..i] {
                 for (p, r) in spheres(a) {
-                    // To the rounding of `f32` poses.
+                    // Up to the rounding of `f32` poses.
                     assert!(
                         spheres(b)
                             .iter()
@@ -236,7 +236,7 @@ mod tests {
     }
 
     #[test]
-    fn same_seed_same_scene() {
+    fn the_same_seed_gives_the_same_scene() {
         let state = |seed| {
             let scene = AmmoniaSettings {
                 count: 10,

@@ -8,14 +8,14 @@ use fields::{
 
 use super::{BoxOfAmmonia, COULOMB, LJ_EPSILON, LJ_SIGMA, Molecule, SITES};
 
-/// The axis on which nitrogen is 1, and feels Lennard-Jones, and hydrogen 0.
+/// The axis of the Lennard-Jones forces: 1 for nitrogen, 0 for hydrogen.
 pub const DISPERSION: &str = "dispersion";
 
-/// The interaction of molecules, given the colliders of each in the order of [`SITES`]: on each nitrogen a Lennard-Jones field, and on each atom the
-/// electric field of its charge.
+/// The interaction of molecules, given the colliders of each in the order of [`SITES`]: a Lennard-Jones field on each
+/// nitrogen, and on each atom the electric field of its charge.
 ///
-/// With a cutoff (Å) both end there, their force shifted to reach zero; without, they reach
-/// everywhere. Samples need [`set_probes`], and the fields the axis [`DISPERSION`].
+/// A cutoff (Å) limits the range of both, and shifts their forces to reach zero there. The atoms need the properties of
+/// [`set_probes`], and the fields the axis [`DISPERSION`].
 pub fn interaction(
     molecules: impl IntoIterator<Item = [ColliderHandle; 4]>,
     cutoff: Option<Real>,
@@ -41,8 +41,7 @@ pub fn interaction(
 }
 
 impl BoxOfAmmonia {
-    /// The whole tree: the [`interaction`] and, around each atom and at each wall, a detection
-    /// field that answers by `law`.
+    /// The whole tree: the [`interaction`] and, at each atom and each wall, a contact field with `law`.
     pub fn tree(&self, cutoff: Option<Real>, law: ContactLaw) -> Tree {
         let atoms = self.molecules.iter().flat_map(|molecule| molecule.sites);
         let touch = atoms
@@ -66,10 +65,10 @@ impl BoxOfAmmonia {
     }
 }
 
-/// Tells the fields the charges and masses of the atoms, and which are nitrogen.
+/// Sets the charges and masses of the atoms, and their values on the axis [`DISPERSION`].
 ///
 /// # Errors
-/// An atom is not there, or the axis [`DISPERSION`] was not declared.
+/// The collider of an atom does not exist, or the axis [`DISPERSION`] was not declared.
 pub fn set_probes(
     fields: &mut Fields,
     molecules: &[Molecule],
