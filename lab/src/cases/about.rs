@@ -1,28 +1,28 @@
-//! What a case is.
+//! The description of a case.
 
 use crate::study::{Metric, Scene};
 
-/// What a case is, and how it is measured.
+/// The description of a case: what it simulates, and how it is measured.
 #[derive(Clone, Debug, PartialEq)]
 pub struct About {
     /// The name in tables and files.
     pub name: String,
-    /// A sentence on what moves, and on what the reference is.
+    /// One sentence on the motion and the reference it is compared with.
     pub description: &'static str,
     /// The unit of simulated time.
     pub time_unit: &'static str,
-    /// Simulated time.
+    /// Simulated time, in `time_unit`.
     pub duration: f64,
-    /// The longest time step to study it at.
+    /// The longest time step of a study.
     pub longest: f64,
-    /// How many steps to study it at, each half of the one before.
+    /// Number of time steps of a study, each half of the one before.
     pub halvings: usize,
-    /// What to compare by, and at which error.
+    /// Metrics by which methods are compared, each with the error at which their costs are compared.
     pub views: Vec<(Metric, f64)>,
 }
 
 impl About {
-    /// The time steps to study it at.
+    /// The time steps of a study, longest first.
     pub fn time_steps(&self) -> Vec<f64> {
         let next = |dt: &f64| Some(0.5 * dt);
         std::iter::successors(Some(self.longest), next)
@@ -30,7 +30,7 @@ impl About {
             .collect()
     }
 
-    /// What a report says of it.
+    /// The entry of this case in a report.
     pub fn scene(self) -> Scene {
         Scene {
             name: self.name,

@@ -1,4 +1,4 @@
-//! Who answers contacts, and how a run of contacts is followed.
+//! Worlds whose contacts are answered by fields or by Rapier, and the loop over their steps.
 
 use super::fields;
 use super::simulation::{Driver, Simulation};
@@ -6,7 +6,7 @@ use crate::study::{Method, StudyError};
 use fields::rapier::prelude::{ColliderHandle, PhysicsWorld};
 use fields::{ContactLaw, Detection, Field, Fields, Operator, Tree};
 
-/// How far ahead soft continuous detection looks, lengths; as whoever turns it on sets it.
+/// Prediction distance of Rapier's soft CCD, in units of length. Rapier's default of 0 turns it off.
 const SOFT_AHEAD: f64 = 1.0;
 
 /// A world in which the contacts of some colliders are answered by `method`.
@@ -42,8 +42,8 @@ pub(super) fn answered(
     Ok(Simulation { world, driver })
 }
 
-/// Makes some steps and looks after each; returns how many were made, and in how many the crate
-/// warned.
+/// Makes steps until one fails, and calls `look` after each. Returns how many steps were made, and how many of them
+/// gave a warning.
 pub(super) fn follow(
     simulation: &mut Simulation,
     steps: u64,

@@ -12,8 +12,7 @@ pub struct HardSpheres {
     gas: Gas,
 }
 
-/// The gas moves on until its 60 collisions are over, and a little longer: in steps of `1/60` and
-/// halves of it that is always a whole number.
+/// The longest time step. The simulated time is that of the 60 collisions, rounded up to a multiple of this step.
 const STEP: f64 = 1.0 / 60.0;
 
 impl HardSpheres {
@@ -92,17 +91,17 @@ impl Case for HardSpheres {
     }
 }
 
-/// The dense gas for so long that only what is true of the mean can be said of it.
+/// The dense gas over a time so long that only averages can be compared.
 pub struct LongGas {
     gas: HardSpheres,
 }
 
 /// Simulated time, in which about 1,900 pairs collide.
 const LONG: f64 = 40.0;
-/// Collisions of two in a unit of time, and twice the kinetic energy, of the exact run of 60,000 events in
-/// the cube of side 4 (`g_hard_spheres20`); its statistical error is 0.6 %.
+/// Collisions between spheres per unit of time, and twice the kinetic energy, of the exact run of 60,000 events in the
+/// cube of side 4 (`g_hard_spheres20`). The statistical error of the rate is 0.6 %.
 const EXACT_RATE: [f64; 2] = [44.536, 60.0];
-/// Between looks at the speeds: five mean free times, so that they know nothing of each other.
+/// Time between samples of the speeds: five mean free times, so that samples are independent.
 const LOOK: f64 = 1.0;
 
 impl LongGas {
@@ -160,7 +159,7 @@ impl Case for LongGas {
                 shares.extend(now.iter().map(|it| it / all));
             }
         }
-        // Times are as the inverse of speeds.
+        // The rate scales with the speeds, so with the square root of the energy.
         let [rate, energy] = EXACT_RATE;
         let exact = rate * (start / energy).sqrt() * made as f64 * dt;
         let errors = vec![
@@ -186,7 +185,7 @@ fn squares(gas: &hard_spheres::Run) -> Vec<f64> {
 fn from_beta(mut shares: Vec<f64>, count: usize) -> f64 {
     shares.sort_unstable_by(f64::total_cmp);
     let power = 1.5 * (count as f64 - 1.0) - 1.0;
-    // With x = s² the density is s² (1 - s²)^power, which Simpson's rule sums up from share to share.
+    // With x = s² the density is s² (1 - s²)^power, integrated by Simpson's rule from share to share.
     let density = |s: f64| s * s * (1.0 - s * s).max(0.0).powf(power);
     let between =
         |a: f64, b: f64| (b - a) / 6.0 * (density(a) + 4.0 * density(0.5 * (a + b)) + density(b));
@@ -215,7 +214,7 @@ mod tests {
     use crate::random::Random;
 
     #[test]
-    fn speeds_of_the_right_law_are_near_it_and_others_are_not() {
+    fn the_distance_from_beta_is_small_for_normal_velocities_and_large_for_equal_speeds() {
         let mut random = Random::new(5);
         let mut of = |count: usize, equal: bool| {
             let mut shares = Vec::new();
@@ -230,7 +229,7 @@ mod tests {
             }
             from_beta(shares, count)
         };
-        // Of 4,000 samples 99 % are within 1.63 / sqrt(4000) = 0.026.
+        // The 99 % quantile of the distance for 4,000 samples is 1.63 / sqrt(4000) = 0.026.
         let right = of(20, false);
         assert!(right < 0.026, "{right}");
         assert!(of(20, true) > 0.3);

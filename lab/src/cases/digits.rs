@@ -1,4 +1,4 @@
-//! Galperin's billiard, which counts the digits of π.
+//! Galperin's billiard, whose number of collisions gives digits of π.
 
 use super::answer::{answered, follow};
 use super::fields;
@@ -9,15 +9,16 @@ use fields::ContactLaw;
 use fields::math::{Real, SharedShape, Vector, from_f64, to_f64};
 use fields::rapier::prelude::{ColliderBuilder, RigidBodyBuilder};
 
-/// A light ball between a wall and one of a hundred times its mass that comes in: 31 collisions.
+/// A light ball at rest between a wall and an incoming ball of a hundred times its mass: 31 collisions.
 #[derive(Clone, Copy, Debug)]
 pub struct Galperin;
 
 /// The mass of the heavy ball, that of the light one being 1.
 const RATIO: f64 = 100.0;
-/// How often the balls and the wall meet; a unit of speed is that of the heavy ball at the start.
+/// Number of collisions between the balls, and of the light ball with the wall.
 const COLLISIONS: f64 = 31.0;
-/// The velocities in the end, light and heavy, by arithmetic of 50 digits (`tests/data/h_stiff`).
+/// Final velocities of the light and the heavy ball, in units of the heavy ball's initial speed, by arithmetic of 50
+/// digits (`tests/data/h_stiff`).
 const END: [f64; 2] = [0.477_860_208_205_885_9, 0.998_857_595_563_118_5];
 /// Radius of both, m.
 const RADIUS: f64 = 0.25;
@@ -29,7 +30,7 @@ impl Case for Galperin {
             description: "A ball between a wall and one of 100 times its mass that comes in: 31 collisions, the first \
                           digits of π; against exact arithmetic.",
             time_unit: "s",
-            // The last is at 6.62.
+            // The last collision is at 6.62 s.
             duration: 7.0,
             longest: 0.125,
             halvings: 8,
@@ -85,7 +86,7 @@ impl Case for Galperin {
                         .filter(|it| it.impulses != [Vector::ZERO; 2])
                         .count() as f64
                 }
-                // Rapier does not say: each step in which it pushes counts as one.
+                // Rapier does not report collisions: each step that changes a velocity counts as one.
                 _ => f64::from(u8::from(now != last)),
             };
             last = now;
@@ -94,7 +95,7 @@ impl Case for Galperin {
             .iter()
             .zip(END)
             .map(|(found, exact)| (found - exact).abs());
-        // Over the fastest that the light ball was.
+        // Relative to the speed of the light ball if it had all of the energy.
         let off = off.fold(0.0, f64::max) / RATIO.sqrt();
         let errors = vec![
             Measured::new(Metric::Velocity, off),
@@ -104,7 +105,7 @@ impl Case for Galperin {
     }
 }
 
-/// Of the light ball and of the heavy one, away from the wall.
+/// Velocities of the light and the heavy ball, positive away from the wall.
 fn velocities(simulation: &Simulation) -> [f64; 2] {
     let mut found = [f64::NAN; 2];
     for (_, body) in simulation.world.bodies.iter() {

@@ -1,4 +1,4 @@
-//! A scene of a file, against its own run in 64 bits at the smallest step.
+//! A scene from a file, compared with its own run in 64 bits at a much shorter step.
 
 use std::sync::{Arc, OnceLock};
 
@@ -8,7 +8,7 @@ use super::{About, Case, fields, run, scheme};
 use crate::study::{Measured, Method, Metric, Run, State, StudyError};
 use fields::math::{RigidBodyHandle, from_f64, to_dpose3, to_dvec3, to_f64};
 
-/// A scene of which nothing is known but what it does at steps so short that shorter ones change little.
+/// A scene without a known solution. Its reference is its own run at steps so short that shorter ones change little.
 #[derive(Clone)]
 pub struct Filed {
     about: About,
@@ -17,7 +17,8 @@ pub struct Filed {
     reference: Arc<OnceLock<Reference>>,
 }
 
-/// Where bodies end, how far they go, and how far the last halving of the step moved their ends.
+/// Final states of the bodies, their root mean square displacement, and the change of the ends by the last halving of
+/// the step, relative to that displacement.
 #[derive(Clone, Debug)]
 struct Reference {
     ends: Vec<State>,
@@ -25,16 +26,16 @@ struct Reference {
     doubt: f64,
 }
 
-/// Steps of a scene without a time of its own.
+/// Number of steps if no duration is given.
 const STEPS: f64 = 600.0;
-/// The step of the file, and halves of it.
+/// Number of time steps of a study: the step of the file, and halves of it.
 const HALVINGS: usize = 5;
-/// The reference makes so many steps in one of the shortest.
+/// Steps of the reference in the shortest step of a study.
 const FINER: f64 = 8.0;
 
 impl Filed {
-    /// Those of this project: a planet, the paper's Figures 3 and 4, a flock before its gust, bodies that
-    /// meet, and a level with wind, a pool and crates that sleep.
+    /// The scenes of this project: a planet, the paper's Figures 3 and 4, a flock before its gust, bodies that meet
+    /// head-on, and a level with wind, a pool and sleeping crates.
     pub fn all() -> Vec<Filed> {
         let scenes = [
             (
@@ -73,11 +74,11 @@ impl Filed {
         scenes.into()
     }
 
-    /// A scene by name, the text of its file, and how long it is to be simulated, in its unit of time (600
-    /// of its steps).
+    /// The scene called `name` of a file with content `text`. It simulates `duration`, in the unit of time of the scene
+    /// and rounded to whole steps, or 600 steps if that is `None`.
     ///
     /// # Errors
-    /// The file is wrong, or the name or the time is none.
+    /// The file is invalid, the name is empty or holds a comma or a line break, or the duration is less than a step.
     pub fn new(name: &str, text: &str, duration: Option<f64>) -> Result<Self, StudyError> {
         let file = SceneFile::from_json(text)?;
         let dt = to_f64(file.build()?.world.integration_parameters.dt);
@@ -107,8 +108,8 @@ impl Filed {
         })
     }
 
-    /// By how much the last halving of its step moved the reference, as errors are measured: errors below
-    /// say nothing. Infinite if the reference cannot be run to its end.
+    /// Change of the reference by the last halving of its step, relative as errors are: smaller errors are not
+    /// significant. Infinite if the reference cannot be run to its end.
     pub fn doubt(&self) -> f64 {
         self.reference().doubt
     }
@@ -118,7 +119,7 @@ impl Filed {
             let (about, text) = (&self.about, &self.text);
             let twin = crate::double::cases::Filed::new(&about.name, text, Some(about.duration));
             let finest = f64::from(1 << (HALVINGS - 1)) * FINER;
-            // The step of the file is rounded to the precision.
+            // Relative to the step of the twin, as the step of the file is rounded to the precision.
             let ends = |parts: f64| match &twin {
                 Ok(twin) => twin.ends(parts),
                 Err(error) => Err(error.clone()),
@@ -139,8 +140,8 @@ impl Filed {
         })
     }
 
-    /// Where bodies end by `KickDriftKick`, if a step of the file is cut into so many; if these are infinitely
-    /// many, where they begin.
+    /// Final states by `KickDriftKick` with the step of the file divided by `parts`; the initial states if `parts` is
+    /// infinite.
     ///
     /// # Errors
     /// A step fails.
@@ -183,7 +184,7 @@ impl Filed {
     }
 }
 
-/// Where the centres of mass are, and how bodies are turned.
+/// Centres of mass and rotations of the bodies.
 fn states(simulation: &Simulation, bodies: &[RigidBodyHandle]) -> Vec<State> {
     let state = |handle: &RigidBodyHandle| {
         let body = &simulation.world.bodies[*handle];
@@ -196,7 +197,7 @@ fn states(simulation: &Simulation, bodies: &[RigidBodyHandle]) -> Vec<State> {
     bodies.iter().map(state).collect()
 }
 
-/// Root mean square distance of some bodies from where they should be.
+/// Root mean square distance between the positions in `a` and in `b`.
 fn distance(a: &[State], b: &[State]) -> f64 {
     let squares = a
         .iter()

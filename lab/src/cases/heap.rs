@@ -19,7 +19,7 @@ pub struct Heap;
 /// Half the edge of a crate, m.
 const HALF: f64 = 0.25;
 const FRICTION: f64 = 0.5;
-/// What moves faster has not come to rest, m/s.
+/// Bodies that are faster have not come to rest, m/s.
 const RESTING: f64 = 0.1;
 
 impl Case for Heap {
@@ -103,7 +103,7 @@ impl Case for Heap {
     }
 }
 
-/// The deepest overlap of two colliders where they are now.
+/// The deepest overlap of any two colliders at their present poses.
 fn deepest(simulation: &Simulation) -> f64 {
     let all: Vec<_> = simulation.world.colliders.iter().map(|it| it.1).collect();
     let mut deepest = 0.0_f64;

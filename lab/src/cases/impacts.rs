@@ -32,24 +32,23 @@ pub struct Impact {
 
 /// Pairs of spheres that meet, each in a world of its own.
 ///
-/// The unit of time is that of the pair: the time in which the two fly, relative to each other,
-/// the sum of their radii. A run covers two such times, and they touch about in the middle, each
-/// pair at another moment within a step. Rapier's limit on speeds is lifted, for bullets; all
-/// else is as Rapier has it. That includes `contact_recycling`, which lets Rapier answer by
-/// contacts a little out of date: at 1/256 of the flight time, 95 % of its errors are within 0.08
-/// with it and within 0.01 without.
+/// The unit of time is the flight time of a pair: the time in which it covers the sum of its radii at its relative
+/// speed. A run takes two flight times with the contact near its middle, for each pair at a different moment within a
+/// step. Rapier's limit on speeds is lifted, for bullets; all other parameters are its defaults. One of them is
+/// `contact_recycling`, by which Rapier may use contacts that are slightly out of date: at 1/256 of the flight time,
+/// 95 % of its errors are within 0.08 with it and within 0.01 without.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Impacts {
     /// The pairs that touch.
     pub pairs: Vec<Impact>,
-    /// Pairs that pass each other, as their `time`s say, without touching.
+    /// Pairs that pass without touching; `time` is that of their closest approach.
     pub misses: Vec<Impact>,
 }
 
 /// Simulated time per pair, in flight times.
 const DURATION: f64 = 2.0;
 
-/// The golden ratio less one: its multiples fall evenly within a step.
+/// The golden ratio less one: the fractional parts of its multiples are evenly spread.
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
 const NAME: &str = "sphere impacts";
@@ -57,13 +56,12 @@ const NAME: &str = "sphere impacts";
 impl Impacts {
     /// The pairs of a table: those that meet (`hit` is 1), and those that pass.
     ///
-    /// Columns, for each of two spheres: `m`, `r`, `x y z`, `vx vy vz` before and `vxp vyp vzp`
-    /// after, each with the number of the sphere after the axis or letter (`m1`, `x1`, `vx1`;
-    /// but `v1px` after); and `e`, the restitution, and `toi`, the time of contact, or `tca`, of the closest
-    /// approach.
+    /// Columns of the first sphere: `m1`, `r1`, `x1 y1 z1`, `vx1 vy1 vz1` before and `v1px v1py v1pz` after contact;
+    /// those of the second have a 2 instead. Further `e`, the restitution, and `toi`, the time of contact, or `tca`,
+    /// that of the closest approach.
     ///
     /// # Errors
-    /// A column is not there, or a cell is no number.
+    /// A column is missing, or a cell is not a number.
     pub fn from_csv(text: &str) -> Result<Self, StudyError> {
         let table = Table::parse(text)?;
         let (mut pairs, mut misses) = (Vec::new(), Vec::new());
@@ -83,7 +81,7 @@ impl Impacts {
         Self::from_csv(text).expect("a table that the tests read")
     }
 
-    /// The share of near misses that are answered.
+    /// The share of passing pairs whose velocities change.
     fn invented(&self, method: Method, dt: f64, steps: u64) -> Result<f64, StudyError> {
         let mut invented = 0;
         for (place, pair) in self.misses.iter().enumerate() {
@@ -95,17 +93,17 @@ impl Impacts {
         Ok(invented as f64 / self.misses.len().max(1) as f64)
     }
 
-    /// By how many steps a pair is before its contact at the start.
+    /// Number of steps from the start of a run to the contact of the pair at `place`.
     fn lead(place: usize, steps: u64) -> f64 {
         steps as f64 / 2.0 + (place as f64 * GOLDEN).fract()
     }
 }
 
-/// How an impact went.
+/// The errors of one impact.
 struct Found {
-    /// Largest error of a velocity over the largest speed.
+    /// Largest error of a velocity, relative to the largest speed.
     velocity: f64,
-    /// Error of the time of the answer, in flight times.
+    /// Error of the time at which velocities change, in flight times.
     time: f64,
     missed: bool,
 }
@@ -123,7 +121,7 @@ impl Impact {
         })
     }
 
-    /// The time in which they fly the sum of their radii.
+    /// The time in which the pair covers the sum of its radii at its relative speed.
     fn flight_time(&self) -> f64 {
         (self.radii[0] + self.radii[1]) / self.before[0].distance(self.before[1])
     }
@@ -153,7 +151,7 @@ impl Impact {
         answered(NAME, method, world, &spheres, law)
     }
 
-    /// Makes the steps of a world of [`Impact::set_up`], and sees how it goes.
+    /// Runs a world of [`Impact::set_up`]; returns the errors, and the number of steps with a warning.
     fn watch(&self, simulation: &mut Simulation, steps: u64, dt: f64, lead: f64) -> (Found, u64) {
         let velocities = |simulation: &Simulation| -> Vec<Vector> {
             let bodies = &simulation.world.bodies;

@@ -1,4 +1,4 @@
-//! What a scene would pay for what it does not need: each thing switched on by itself, timed in pairs.
+//! Cost of features that a scene does not need, each switched on by itself and timed in pairs of runs.
 
 use std::time::Instant;
 
@@ -8,10 +8,10 @@ use crate::study::{Ablation, Method, StudyError, quantile};
 use fields::math::{DVec3, RigidBodyHandle, to_dvec3};
 use fields::{ContactLaw, FaultPolicy, Field, Fields, Sampling};
 
-/// Seconds that one of a pair takes, about.
+/// Approximate time of one run of a pair, s.
 const TURN: f64 = 0.01;
 
-/// What can be switched on.
+/// A feature that can be switched on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Switch {
     Nothing,
@@ -66,11 +66,10 @@ impl Switch {
     }
 }
 
-/// What each switch would cost a case that fields move by their default, in so many pairs of runs on the
-/// clock.
+/// Cost of each feature in a case that the default scheme moves, from `rounds` pairs of timed runs.
 ///
 /// # Errors
-/// The case is not moved that way, or a step fails.
+/// The default scheme cannot move the case, or a step fails.
 pub fn leave_out(case: &dyn Case, rounds: usize) -> Result<Vec<Ablation>, StudyError> {
     let dt = case.about().longest * 0.25;
     let steps = turns(case, dt)?;
@@ -105,7 +104,7 @@ pub fn leave_out(case: &dyn Case, rounds: usize) -> Result<Vec<Ablation>, StudyE
     Ok(table)
 }
 
-/// How many steps take about a turn.
+/// Number of steps that take about [`TURN`].
 fn turns(case: &dyn Case, dt: f64) -> Result<u64, StudyError> {
     const TRIAL: u64 = 8;
     let (seconds, _) = go(case, dt, TRIAL, Switch::Nothing)?;
@@ -113,7 +112,7 @@ fn turns(case: &dyn Case, dt: f64) -> Result<u64, StudyError> {
     Ok(steps.clamp(TRIAL, case.steps(dt)?.max(TRIAL)))
 }
 
-/// Seconds that some steps take, and where bodies begin and end.
+/// Time that `steps` steps take, s, and where each body begins and ends.
 fn go(
     case: &dyn Case,
     dt: f64,
@@ -144,7 +143,7 @@ fn go(
     Ok((seconds, ends.map(|(start, end)| [start, end]).collect()))
 }
 
-/// The farthest that a body ends from where it ends without, over the farthest way.
+/// Largest distance between ends of a body with and without the feature, relative to the largest displacement without.
 fn apart([without, with]: &[Vec<[DVec3; 2]>; 2]) -> f64 {
     let way = without.iter().map(|[start, end]| start.distance(*end));
     let way = way.fold(f64::MIN_POSITIVE, f64::max);

@@ -28,38 +28,38 @@ pub use simulation::Simulation;
 use super::{fields, files};
 use crate::study::{Measured, Method, Run, StudyError, Timing};
 
-/// Bits of the numbers that worlds of this build compute with: 32 or 64.
+/// Bits of the floating-point numbers of this build: 32 or 64.
 pub const PRECISION: u32 = 8 * size_of::<fields::math::Real>() as u32;
 
 /// A small world of known outcome.
 pub trait Case {
-    /// What it is, and how it is measured.
+    /// Its description, and how it is measured.
     fn about(&self) -> About;
 
     /// The methods that can move it.
     fn methods(&self) -> &'static [Method];
 
-    /// Whether it is cheap enough for a study in haste.
+    /// Whether it is cheap enough for a quick study.
     fn is_quick(&self) -> bool {
         true
     }
 
-    /// The worlds at their start; each is to make [as many steps](Self::steps).
+    /// The worlds at their start. Each is to make [`steps`](Self::steps) steps.
     ///
     /// # Errors
-    /// The method is none of [its own](Self::methods), or the step does not divide its time.
+    /// The method is not one of [`methods`](Self::methods), or `dt` does not divide the duration.
     fn set_up(&self, method: Method, dt: f64) -> Result<Vec<Simulation>, StudyError>;
 
-    /// Moves it, and measures the errors, but takes no time: [`study`] does.
+    /// Runs the case and measures its errors. The run is not timed: [`study`] does that.
     ///
     /// # Errors
     /// As for [`set_up`](Self::set_up).
     fn run(&self, method: Method, dt: f64) -> Result<Run, StudyError>;
 
-    /// How many steps of `dt` its time takes.
+    /// Number of steps of `dt` in the duration.
     ///
     /// # Errors
-    /// The step does not divide its time.
+    /// `dt` does not divide the duration.
     fn steps(&self, dt: f64) -> Result<u64, StudyError> {
         let about = self.about();
         let (case, simulated) = (about.name, about.duration);
@@ -75,7 +75,7 @@ pub trait Case {
     }
 }
 
-/// All of this build.
+/// All cases.
 pub fn all() -> Vec<Box<dyn Case>> {
     let mut cases: Vec<Box<dyn Case>> = Vec::new();
     for motion in Motion::all() {
@@ -101,14 +101,14 @@ pub fn all() -> Vec<Box<dyn Case>> {
     cases
 }
 
-/// How much is spent on the clock.
+/// The effort of timing a case.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Effort {
-    /// Rounds at least; in each, every method makes every run once.
+    /// Minimum number of rounds. A round times every run of the plan once.
     pub rounds: usize,
     /// Seconds for all rounds of a case: more rounds are made until they have passed.
     pub seconds: f64,
-    /// Rounds at most.
+    /// Maximum number of rounds.
     pub most: usize,
 }
 
@@ -122,11 +122,11 @@ impl Default for Effort {
     }
 }
 
-/// Runs a case by each of `plan`, and times all of them in rounds: what else the machine does in a
-/// round, it does to all methods. `tick` is called after each run that was measured.
+/// Runs a case with each method and time step of `plan`, and times all of them in rounds, so that other load of the
+/// machine affects all methods alike. Calls `tick` after each measured run.
 ///
 /// # Errors
-/// The first that a run of the plan gives.
+/// The first error of a run of the plan.
 pub fn study(
     case: &dyn Case,
     plan: &[(Method, f64)],
@@ -158,7 +158,7 @@ pub fn study(
     Ok(runs)
 }
 
-/// A run that was measured, not timed.
+/// A measured run without timing.
 fn run(
     about: &About,
     (method, dt): (Method, f64),
@@ -198,7 +198,7 @@ impl From<fields::PropertyError> for StudyError {
     }
 }
 
-/// The scheme that a method is, if it is one.
+/// The scheme of a method; `None` for methods without fields or for contacts.
 fn scheme(method: Method) -> Option<fields::Scheme> {
     use fields::{Scheme, Substeps};
     Some(match method {

@@ -1,4 +1,4 @@
-//! How many bodies of the paper's two simulations keep pace with a screen.
+//! The number of bodies at which the paper's two simulations still run in real time.
 
 use std::time::Instant;
 
@@ -10,18 +10,18 @@ use fields::math::{Real, from_f64};
 use fields::rapier::prelude::PhysicsWorld;
 use fields::{ContactLaw, Fields};
 
-/// Seconds of a frame: 60 Hz.
+/// Time of a frame at 60 Hz, s.
 const FRAME: f64 = 1.0 / 60.0;
-/// Seconds that the steps of a probe may take.
+/// A probe ends after this time, s, if it has counted its minimum of steps.
 const LIMIT: f64 = 0.5;
-/// Steps of a probe that are not counted, and counted ones at least and at most.
+/// Steps of a probe: uncounted first ones, and the minimum and maximum of counted ones.
 const STEPS: [usize; 3] = [5, 5, 60];
-/// Bodies to begin with, and at most.
+/// Minimum and maximum number of bodies.
 const COUNTS: (usize, usize) = (32, 1 << 17);
-/// Å
+/// Cutoff of the forces between molecules, Å.
 const CUTOFF: Real = 10.0;
 
-/// What is simulated, and by whom.
+/// The simulations.
 pub const SCENES: [&str; 4] = [
     "spheres by fields",
     "spheres by Rapier alone",
@@ -29,8 +29,8 @@ pub const SCENES: [&str; 4] = [
     "ammonia gas by Rapier alone",
 ];
 
-/// The most bodies of one of [`SCENES`] of which a step takes no longer than a frame of 60 Hz; nothing
-/// if not even the fewest keep pace.
+/// The largest number of bodies of one of [`SCENES`] with which a step takes at most a frame of 60 Hz; `None` if even
+/// the smallest number takes longer.
 ///
 /// Spheres and their contacts are as in the paper's first simulation, at the density of its 20 in a cube
 /// of 10; molecules as in its second, one step of 1 fs in a frame. Rapier alone moves and bounces the same
@@ -61,7 +61,7 @@ pub fn ceiling(scene: &str) -> Result<Option<Ceiling>, AnyError> {
     }))
 }
 
-/// The median step of a scene of so many bodies, seconds.
+/// Median time of a step of a scene with `count` bodies, s.
 fn probe(scene: &str, count: usize) -> Result<f64, AnyError> {
     let (mut world, mut fields) = build(scene, count)?;
     let (began, mut times) = (Instant::now(), Vec::new());

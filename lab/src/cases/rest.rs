@@ -1,4 +1,4 @@
-//! What falls, bounces and rests under Rapier's gravity.
+//! Bodies that fall, bounce and rest under Rapier's gravity.
 
 use super::answer::{answered, follow};
 use super::fields;
@@ -12,7 +12,7 @@ use fields::rapier::prelude::{ColliderBuilder, ColliderHandle, PhysicsWorld, Rig
 /// m/s²
 const GRAVITY: f64 = 9.81;
 
-/// A ball that is let fall onto a floor, and bounces.
+/// A ball that falls onto a floor, and bounces.
 #[derive(Clone, Copy, Debug)]
 pub struct Bounce {
     restitution: f64,
@@ -28,7 +28,7 @@ pub struct Slope;
 
 /// Radius of the ball, m.
 const RADIUS: f64 = 0.25;
-/// How high above the floor its lowest point is let go, m.
+/// Height of its lowest point above the floor at the start, m.
 const DROP: f64 = 2.0;
 
 impl Bounce {
@@ -37,7 +37,7 @@ impl Bounce {
     /// Bounces that keep 0.7 of the speed.
     pub const LOSSY: Bounce = Bounce { restitution: 0.7 };
 
-    /// Heights of the apexes in time, worked out by hand, as many as there are in the time.
+    /// Exact heights of all apexes within `duration`.
     fn apexes(self, duration: f64) -> Vec<f64> {
         let (e, mut height) = (self.restitution, DROP);
         let fall = |height: f64| (2.0 * height / GRAVITY).sqrt();
@@ -72,7 +72,7 @@ fn height(simulation: &Simulation, body: RigidBodyHandle) -> f64 {
     to_f64(simulation.world.bodies[body].translation().y)
 }
 
-/// The bodies that can move, in the order in which they were put in.
+/// All bodies in the order of insertion. The floor is a collider without a body.
 fn movers(simulation: &Simulation) -> Vec<RigidBodyHandle> {
     let bodies = simulation.world.bodies.iter();
     let mut movers: Vec<_> = bodies.map(|(handle, _)| handle).collect();
@@ -150,7 +150,7 @@ impl Case for Bounce {
     }
 }
 
-/// The heights of the apexes, by parabolas through the three highest of each.
+/// Heights of the apexes, from parabolas through the three highest points of each.
 fn tops(heights: &[f64]) -> Vec<f64> {
     let triples = heights.windows(3);
     let tops = triples.filter_map(|it| {
@@ -161,7 +161,7 @@ fn tops(heights: &[f64]) -> Vec<f64> {
     tops.collect()
 }
 
-/// Of boxes, and of what they rest on.
+/// Friction coefficient of the boxes and of the floor.
 const FRICTION: f64 = 0.5;
 /// Half the edge of a box, m.
 const HALF: f64 = 0.25;

@@ -1,4 +1,4 @@
-//! A world and who moves it; the clock.
+//! A world with its driver, and how it is timed.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -9,10 +9,10 @@ use fields::math::{Real, RigidBodySet, Vector};
 use fields::rapier::prelude::{IntegrationParameters, PhysicsWorld};
 use fields::{FaultPolicy, Field, Fields, StepError};
 
-/// What is done to the bodies at one moment of a step.
+/// An action on the bodies at one moment of a step.
 type Act = Box<dyn FnMut(&mut RigidBodySet)>;
 
-/// Who acts on the bodies of a world besides Rapier.
+/// Code that acts on the bodies of a world besides Rapier.
 pub(super) enum Driver {
     Fields(Box<Fields>),
     /// Before each of Rapier's steps.
@@ -22,18 +22,18 @@ pub(super) enum Driver {
     Nobody,
 }
 
-/// A world and who moves it.
+/// A world and its driver.
 pub struct Simulation {
     pub(super) world: PhysicsWorld,
     pub(super) driver: Driver,
 }
 
 impl Simulation {
-    /// Makes a step; returns whether the crate warned of anything in it.
+    /// Makes a step; returns whether it gave a warning.
     pub(super) fn step(&mut self) -> Result<bool, StepError> {
         match &mut self.driver {
             Driver::Fields(fields) => {
-                // A run that comes to grief has failed.
+                // A fault must fail the run. By default, it disables a body and the run goes on.
                 fields.settings.on_fault = FaultPolicy::Refuse;
                 fields.step(&mut self.world)?;
                 return Ok(!fields.warnings().is_empty());
@@ -52,14 +52,14 @@ impl Simulation {
         Ok(false)
     }
 
-    /// Makes some steps, and stops at one that fails; returns how many were made.
+    /// Makes `steps` steps, or fewer if one fails; returns how many were made.
     pub(super) fn advance(&mut self, steps: u64) -> u64 {
         let failed = (0..steps).find(|_| self.step().is_err());
         failed.unwrap_or(steps)
     }
 }
 
-/// Seconds that some worlds take for their steps.
+/// Time in which each world makes `steps` steps, s.
 pub(super) fn seconds(mut simulations: Vec<Simulation>, steps: u64) -> f64 {
     let start = Instant::now();
     for simulation in &mut simulations {
@@ -80,12 +80,12 @@ pub(super) fn weightless(dt: Real) -> PhysicsWorld {
     }
 }
 
-/// Counts on how many samples fields are evaluated.
+/// Counts the samples at which fields are evaluated.
 #[derive(Clone, Default)]
 pub(super) struct Counter(Arc<AtomicU64>);
 
 impl Counter {
-    /// A field that counts, and is zero.
+    /// A field that is zero and counts its samples.
     pub fn field(&self) -> Field {
         let counter = self.clone();
         Field::closure([], move |_| {

@@ -1,4 +1,4 @@
-//! What a good user of Rapier writes without fields.
+//! The same motions by Rapier without fields, as an experienced user writes them.
 
 use super::fields;
 use super::{Counter, Driver, Motion, Site};
@@ -10,14 +10,14 @@ struct Loads {
     bodies: Vec<RigidBodyHandle>,
     sites: Vec<Site>,
     forces: Vec<Vector>,
-    /// Per body, about its centre of mass.
+    /// Force and torque per body, the torque about its centre of mass.
     wrenches: Vec<[Vector; 2]>,
     turns: bool,
     counter: Option<Counter>,
 }
 
 impl Motion {
-    /// The sites of bodies where they are now.
+    /// Writes the sites at the present poses of `bodies` to `sites`.
     pub(super) fn read_sites(
         &self,
         set: &RigidBodySet,
@@ -73,8 +73,7 @@ impl Motion {
         }))
     }
 
-    /// Half a kick before Rapier's step and half after it; what is worked out after a step serves
-    /// the next as well.
+    /// Half a kick before Rapier's step and half after it. The forces after a step serve the next step as well.
     pub(super) fn kicks(
         &self,
         bodies: Vec<RigidBodyHandle>,
@@ -100,7 +99,7 @@ impl Motion {
             Box::new(move |set| {
                 let loads = &mut *first.borrow_mut();
                 if !std::mem::replace(&mut begun, true) {
-                    // Rapier works out masses in its first step, and impulses before are lost.
+                    // Rapier computes masses in its first step, and impulses before it would be lost.
                     loads.weigh(set);
                     loads.work_out(set);
                 }

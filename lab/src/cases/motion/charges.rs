@@ -12,7 +12,7 @@ const MAGNETIC: DVec3 = DVec3::new(1.0, 3.0, 6.0);
 const VELOCITY: DVec3 = DVec3::new(1.0, -0.5, 2.0);
 const MASS: f64 = 0.7;
 
-/// A charge winds around a magnetic field.
+/// A charge on a helix around a magnetic field.
 pub fn helix() -> Motion {
     Motion {
         about: about(

@@ -1,13 +1,13 @@
-//! The equations of motion at steps so short that shorter ones change nothing.
+//! Reference solutions: the equations of motion at steps so short that shorter ones change nothing.
 
 use super::fields;
 use super::{Motion, Site, Top};
 use crate::study::State;
 use fields::math::{DQuat, DVec3, Vector, from_dvec3, from_f64, to_dvec3};
 
-/// Steps to begin with.
+/// Number of steps to begin with.
 const STEPS: u32 = 1 << 10;
-/// Steps at most.
+/// Maximum number of steps.
 const MOST: u32 = 1 << 17;
 /// Steps are halved until the end moves by no more than this share of the scene's length and speed.
 const CONVERGED: f64 = 1e-12;
@@ -15,8 +15,8 @@ const CONVERGED: f64 = 1e-12;
 const SMALL: f64 = 1e-8;
 
 impl Motion {
-    /// The states at the end, by the classical Runge-Kutta scheme, whose steps are halved until that
-    /// changes nothing more; and what the last halving changed, over the scales of the scene.
+    /// Final states by the classical Runge-Kutta scheme, with steps halved until that changes nothing more, and the
+    /// change by the last halving, relative to the scales of the scene.
     pub fn converged(&self) -> (Vec<State>, f64) {
         let (mut steps, mut last_change) = (STEPS, f64::INFINITY);
         let mut last = self.by_runge_kutta(steps);
@@ -24,7 +24,7 @@ impl Motion {
             steps *= 2;
             let next = self.by_runge_kutta(steps);
             let change = self.distance(&last, &next);
-            // Errors of the scheme fall by sixteen: what falls by less is rounding.
+            // Halving the step divides errors of the scheme by sixteen: a change that falls by much less is rounding.
             let rounding = change < SMALL && change > 0.25 * last_change;
             if change <= CONVERGED || rounding || steps >= MOST {
                 return (next, change);
@@ -33,8 +33,8 @@ impl Motion {
         }
     }
 
-    /// How far the end that these equations lead to is from the reference, over the scales of the scene;
-    /// and what the last halving of their steps changed.
+    /// Distance of [`converged`](Self::converged) from the reference, relative to the scales of the scene, and the
+    /// change by the last halving of the steps.
     pub fn doubt(&self) -> (f64, f64) {
         let (end, change) = self.converged();
         (self.distance(&end, &self.end()), change)
@@ -98,7 +98,7 @@ impl Motion {
     }
 }
 
-/// How a state changes without forces.
+/// Time derivative of a state without forces.
 fn free_rate((top, state): (&Top, &State)) -> State {
     let w = state.angvel(top.moments);
     State {

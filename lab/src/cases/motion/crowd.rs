@@ -1,4 +1,4 @@
-//! Ammonia as a gas and as a drop of liquid: too chaotic to be judged by where molecules end.
+//! Ammonia as a gas and as a drop of liquid: too chaotic for errors of final positions.
 
 use std::sync::{Arc, OnceLock};
 
@@ -16,40 +16,40 @@ use fields::{Field, Region};
 
 const DROP: &str = include_str!("../../../../tests/data/b_cluster32/cluster32_liquid.csv");
 
-/// Stiffness of the round wall that keeps nitrogens together, amu/ps².
+/// Stiffness of the spherical wall that keeps nitrogens together, amu/ps².
 const WALL: f64 = 2000.0;
 /// Simulated time, ps.
 const DURATION: f64 = 1.0;
-/// The longest step, ps: half of what the fastest oscillation of a drop allows.
+/// The longest step, ps: half the stability limit of the fastest oscillation of a drop.
 const LONGEST: f64 = 1.0 / 128.0;
 const HALVINGS: usize = 6;
-/// Looks at a run, evenly over it.
+/// Number of samples of a run, evenly spaced.
 const LOOKS: u64 = 128;
-/// Width of the bins of distances, Å, and their number; the last has all that is farther.
+/// Width of the bins of distances, Å, and their number; the last bin holds all larger distances.
 const BIN: f64 = 0.25;
 const BINS: usize = 64;
 
-/// Molecules that are judged by what is kept and by means.
+/// Molecules whose errors are those of conserved quantities and of averages.
 pub struct Crowd {
     motion: Motion,
     place: usize,
 }
 
-/// What is kept, and what means are made of.
+/// Conserved quantities of a run, and the sums of which averages are made.
 #[derive(Clone, Debug, Default)]
 struct Means {
     /// Times and energies.
     energies: Vec<[f64; 2]>,
-    /// Kinetic energies of translation and rotation, summed over the looks of the second half.
+    /// Kinetic energies of translation and rotation, summed over the samples of the second half.
     kinetic: [f64; 2],
-    /// How many distances are in each bin, over the same looks.
+    /// Number of distances in each bin, over the same samples.
     distances: Vec<f64>,
-    /// The largest change of angular momentum so far, over its scale.
+    /// The largest change of angular momentum so far, relative to its scale.
     twisted: f64,
 }
 
 impl Crowd {
-    /// All of this build.
+    /// The gas and the liquid.
     pub fn all() -> [Crowd; 2] {
         let gas = "64 molecules of ammonia at 400 K in a round soft wall; kept quantities and means against f64 at \
                    the smallest step.";
@@ -104,7 +104,7 @@ impl Crowd {
         Crowd { motion, place }
     }
 
-    /// The means of the run in f64 at half of the smallest step, worked out once.
+    /// Averages of the run in f64 at half of the smallest step, computed once.
     fn reference(&self) -> &'static Means {
         static KNOWN: [OnceLock<Means>; 2] = [OnceLock::new(), OnceLock::new()];
         KNOWN[self.place].get_or_init(|| {
@@ -119,7 +119,7 @@ impl Crowd {
         })
     }
 
-    /// What the reference of both precisions is made of; plain, since their types are not the same.
+    /// The data of the reference of both precisions, as plain numbers because their types differ.
     pub fn observed(&self) -> [Vec<f64>; 3] {
         let dt = LONGEST / f64::from(1 << HALVINGS);
         let made = self.observe(Method::KickDriftKick, dt);
@@ -128,7 +128,7 @@ impl Crowd {
         [energies, means.kinetic.to_vec(), means.distances]
     }
 
-    /// Runs it and looks; also how many steps were made and in how many the crate warned.
+    /// Runs the case and samples it; also returns the number of steps, and of those with a warning.
     fn observe(&self, method: Method, dt: f64) -> Result<(Means, (u64, u64)), StudyError> {
         let steps = self.steps(dt)?;
         let (mut simulation, bodies) = self.motion.simulation(method, dt, None)?;
@@ -222,7 +222,7 @@ impl Means {
     }
 }
 
-/// The larger, or infinite: `max` would pass over what is not a number.
+/// The larger of both, or infinity if `other` is NaN, which `max` would ignore.
 fn worse(most: f64, other: f64) -> f64 {
     match other.is_nan() {
         true => f64::INFINITY,
@@ -272,7 +272,7 @@ impl Case for Crowd {
     }
 }
 
-/// Places on a cubic lattice, 8 Å apart, with attitudes at random.
+/// Molecules on a cubic lattice, 8 Å apart, with random attitudes.
 fn lattice() -> Vec<State> {
     let mut random = Random::new(1);
     let place = |cell: usize| 8.0 * (cell as f64 - 1.5);
@@ -284,7 +284,7 @@ fn lattice() -> Vec<State> {
     poses.collect()
 }
 
-/// The drop that the reference has the forces of.
+/// The drop of `tests/data/b_cluster32`.
 fn drop() -> Vec<State> {
     let read = || -> Result<Vec<State>, StudyError> {
         let table = Table::parse(DROP)?;
@@ -300,7 +300,7 @@ fn drop() -> Vec<State> {
     read().expect("a table that the tests read")
 }
 
-/// With the velocities of an ideal gas of rigid rotors at a temperature, at rest as a whole.
+/// Adds the velocities of an ideal gas of rigid rotors at `temperature`, K, with total momentum zero.
 fn thermal(mut states: Vec<State>, temperature: f64) -> Vec<State> {
     let mut random = Random::new(2);
     let thermal = BOLTZMANN * temperature;
@@ -314,7 +314,7 @@ fn thermal(mut states: Vec<State>, temperature: f64) -> Vec<State> {
     states
 }
 
-/// What one writes without fields.
+/// Forces of the molecules and of the wall, without fields.
 fn walled(radius: f64) -> Forces {
     let (between, radius) = (forces(), real(radius));
     Arc::new(move |sites, forces| {

@@ -1,4 +1,4 @@
-//! Bodies that nothing touches, in fields that a loop by hand can state as well.
+//! Bodies without contacts, in fields that a hand-written loop can compute as well.
 
 mod by_hand;
 mod charges;
@@ -32,19 +32,19 @@ use fields::rapier::prelude::{
     RigidBodyBuilder,
 };
 
-/// A rigid body at its start, with the points on which forces act.
+/// A rigid body in its initial state, with the points on which forces act.
 #[derive(Clone, Debug)]
 pub struct Top {
     mass: f64,
-    /// Moments of inertia about its axes.
+    /// Moments of inertia about its axes, which are principal.
     moments: DVec3,
     start: State,
-    /// Points in its frame, seen from the centre of mass, with their charges.
+    /// Points in its frame, relative to the centre of mass, with their charges.
     sites: Vec<(DVec3, f64)>,
 }
 
 impl Top {
-    /// One that is pushed at its centre only.
+    /// A body on which forces act at its centre only.
     fn point(mass: f64, position: DVec3, velocity: DVec3) -> Self {
         Top {
             mass,
@@ -59,7 +59,7 @@ impl Top {
     }
 }
 
-/// A point of a body on which forces act, on its way.
+/// The present state of a point on which forces act.
 #[derive(Clone, Copy, Debug)]
 pub struct Site {
     body: usize,
@@ -77,29 +77,29 @@ type MakeTree = Arc<dyn Fn(&[ColliderHandle]) -> Tree + Send + Sync>;
 /// The states of all bodies at a time, in closed form.
 type Closed = Arc<dyn Fn(f64) -> Vec<State> + Send + Sync>;
 
-/// Where the truth is known from.
+/// The source of the exact final states.
 #[derive(Clone)]
 enum Reference {
     /// A formula.
     Closed(Closed),
-    /// What others worked out, at the end.
+    /// Final states from other programs.
     Table(Vec<State>),
-    /// Newton's and Euler's equations in 64 bits, at steps so short that shorter ones change nothing;
-    /// knows nothing of this crate, nor of Rapier.
+    /// Newton's and Euler's equations in 64 bits, at steps so short that shorter ones change nothing; independent of
+    /// fields and of Rapier.
     Converged,
 }
 
-/// Bodies that nothing touches, in fields that a loop by hand can state as well.
+/// Bodies without contacts, in fields that a hand-written loop can compute as well.
 #[derive(Clone)]
 pub struct Motion {
     about: About,
     tops: Vec<Top>,
     gravity: DVec3,
-    /// What errors of positions and of velocities are divided by.
+    /// The length and the speed by which errors of positions and of velocities are divided.
     scales: [f64; 2],
     tree: MakeTree,
     forces: Forces,
-    /// Nothing if the energy is not kept.
+    /// `None` if the energy is not conserved.
     potential: Option<Potential>,
     /// An axis on which the first site of each body is 1, and the others 0.
     first_site_axis: Option<&'static str>,
@@ -113,7 +113,7 @@ struct Inserted {
 }
 
 impl Motion {
-    /// All of this build.
+    /// All motions.
     pub fn all() -> Vec<Motion> {
         vec![
             fall(),
@@ -136,7 +136,7 @@ impl Motion {
         ]
     }
 
-    /// As in tables and files.
+    /// The name in tables and files.
     pub fn name(&self) -> &str {
         &self.about.name
     }
@@ -176,7 +176,7 @@ impl Motion {
     fn world(&self, method: Method, dt: f64) -> (PhysicsWorld, Inserted) {
         let mut world = weightless(from_f64(dt));
         world.gravity = from_dvec3(self.gravity);
-        // As whoever has fast bodies sets it.
+        // By default, Rapier limits speeds.
         world.integration_parameters.normalized_max_linear_velocity = Real::MAX;
         if method.iterates_once() {
             world.integration_parameters.num_solver_iterations = 1;
@@ -240,7 +240,7 @@ impl Motion {
         Ok((Simulation { world, driver }, bodies))
     }
 
-    /// The states of the bodies in the end.
+    /// The exact final states of the bodies.
     fn end(&self) -> Vec<State> {
         let time = self.about.duration;
         match &self.reference {
@@ -297,12 +297,12 @@ impl Motion {
             });
             errors.push(Measured::new(Metric::Attitude, value));
         }
-        // What the scene is compared by comes first.
+        // The metric by which methods are compared comes first.
         errors.sort_by_key(|error| error.metric != self.about.views[0].0);
         errors
     }
 
-    /// Root mean square distance of the sites from where they should be.
+    /// Root mean square distance of the sites from their exact positions.
     fn site_distance(&self, ends: &[State], exact: &[State]) -> f64 {
         let all = self.tops.iter().zip(ends.iter().zip(exact));
         let squares = all.flat_map(|(top, (a, b))| {
@@ -316,7 +316,7 @@ impl Motion {
         (squares.sum::<f64>() / sites as f64).sqrt()
     }
 
-    /// How often a run evaluates the forces on all bodies.
+    /// Number of times a run evaluates the forces on all bodies.
     fn evaluations(&self, method: Method, dt: f64) -> Result<u64, StudyError> {
         let (steps, counter) = (self.steps(dt)?, Counter::default());
         let (mut simulation, _) = self.simulation(method, dt, Some(&counter))?;
@@ -330,13 +330,13 @@ impl Motion {
 }
 
 impl Top {
-    /// Whether it turns, or something may turn it.
+    /// Whether it rotates at the start, or forces can exert a torque on it.
     fn is_turned(&self) -> bool {
         self.start.momentum != DVec3::ZERO || self.sites.iter().any(|(at, _)| *at != DVec3::ZERO)
     }
 }
 
-/// The state of a body of Rapier's.
+/// The present state of a body of Rapier.
 fn seen(bodies: &RigidBodySet, handle: RigidBodyHandle, moments: DVec3) -> State {
     let body = &bodies[handle];
     let pose = to_dpose3(body.position());
@@ -406,7 +406,6 @@ impl Case for Motion {
     }
 }
 
-/// A name, by which scenes are called; what is seen; and how long it takes.
 fn about(
     name: impl Into<String>,
     description: &'static str,
@@ -425,7 +424,7 @@ fn about(
     }
 }
 
-/// A number of the world.
+/// A number in the precision of the world.
 fn real(value: f64) -> Real {
     from_f64(value)
 }
@@ -447,7 +446,7 @@ fn summed(potential: impl Fn(DVec3, f64) -> f64 + Send + Sync + 'static) -> Opti
     }))
 }
 
-/// One body whose attitude is as at the start.
+/// One body that keeps its attitude.
 fn alone(position: DVec3, velocity: DVec3) -> Vec<State> {
     vec![State {
         position,

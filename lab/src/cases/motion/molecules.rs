@@ -39,14 +39,14 @@ fn known(name: &str, description: &'static str, table: (&str, usize, usize)) -> 
     molecules_from_csv(name, description, table).expect("a table that the tests read")
 }
 
-/// From the first sample of a trajectory to another, counted from 0.
+/// The motion from the first sample of a trajectory to number `sample`, counted from 0.
 ///
 /// The table has one row per sample and molecule, with the columns `t` (ps), `x y z` (Å), `qw qx
-/// qy qz` (body to world), `vx vy vz` (Å/ps) and `wx wy wz` (rad/ps, along the world's axes). Errors
-/// made on the way grow with those of the trajectory: choose an early sample.
+/// qy qz` (body to world), `vx vy vz` (Å/ps) and `wx wy wz` (rad/ps, along the world's axes). Errors grow along the
+/// trajectory: choose an early sample.
 ///
 /// # Errors
-/// A row or column is not there, or a cell is no number.
+/// A row or column is missing, or a cell is not a number.
 pub fn molecules_from_csv(
     name: &str,
     description: &'static str,
@@ -105,7 +105,7 @@ fn state(row: &Row<'_>) -> Result<State, StudyError> {
     })
 }
 
-/// What one writes without fields: all pairs of atoms, both sides at once.
+/// Forces without fields: a loop over all pairs of atoms that adds each force to both.
 pub(super) fn forces() -> Forces {
     let coulomb: Real = from_f64(COULOMB);
     Arc::new(move |sites, forces| {

@@ -11,11 +11,11 @@ use fields::math::DVec3;
 
 /// Strength of the attraction, length³/time².
 const MU: f64 = 1.0;
-/// The axes of an orbit, along no axis of the world: to its pericentre, and the way it moves there.
+/// The axes of all orbits, oblique to those of the world: towards the pericentre, and along the velocity there.
 const TO_PERICENTRE: DVec3 = DVec3::new(2.0 / 7.0, 3.0 / 7.0, 6.0 / 7.0);
 const ALONG: DVec3 = DVec3::new(6.0 / 7.0, 2.0 / 7.0, -3.0 / 7.0);
 
-/// Two periods and a little more of an ellipse of semi-axis 1, from its pericentre.
+/// Two periods and an eighth on an ellipse of semi-major axis 1, from its pericentre.
 pub fn kepler(eccentricity: f64) -> Motion {
     let closed: Closed = Arc::new(move |t| {
         let e = eccentric_anomaly(t, eccentricity);
@@ -54,8 +54,7 @@ fn eccentric_anomaly(mean: f64, eccentricity: f64) -> f64 {
     0.5 * (low + high)
 }
 
-/// A hyperbola that passes its centre at a hundredth of where it comes from: all happens within a few
-/// steps.
+/// A hyperbola that passes its centre at a hundredth of its semi-axis: the velocity changes within a few steps.
 pub fn close_pass() -> Motion {
     let (eccentricity, far) = (1.01_f64, 2.0_f64);
     // The pericentre is 0.01 away, with a semi-axis of 1.
@@ -68,7 +67,7 @@ pub fn close_pass() -> Motion {
         let velocity = (TO_PERICENTRE * -h.sinh() + ALONG * (minor * h.cosh())) * rate;
         (position, velocity)
     };
-    // It ends where it began, mirrored: no other time is asked for.
+    // The end is the mirrored start, and no other time is used.
     let closed: Closed = Arc::new(move |_| {
         let (position, velocity) = state(far);
         alone(position, velocity)

@@ -1,4 +1,4 @@
-//! Bodies that spin where nothing turns them.
+//! Bodies that spin without torque.
 
 use std::sync::Arc;
 
@@ -13,7 +13,7 @@ const MOMENTS: DVec3 = DVec3::new(1.5, 2.6, 1.2);
 /// N/m
 const STIFFNESS: f64 = 80.0;
 
-/// A spin close to the middle axis, which does not keep it: the top tumbles.
+/// A spin close to the intermediate axis, which is unstable: the top tumbles.
 pub fn asymmetric_top() -> Motion {
     turning(
         about(
@@ -28,7 +28,7 @@ pub fn asymmetric_top() -> Motion {
     )
 }
 
-/// A fast spin, and a spring that matters.
+/// A fast spin on a strong spring.
 pub fn spinning_in_a_spring() -> Motion {
     turning(
         about(

@@ -9,13 +9,13 @@ use fields::Coupling;
 use fields::Field;
 use fields::math::{DVec3, Vector};
 
-/// What is let go is 1 m away, along no axis.
+/// The initial position: 1 m from the origin, oblique to the axes.
 const START: DVec3 = DVec3::new(2.0 / 7.0, 3.0 / 7.0, 6.0 / 7.0);
 /// kg
 const MASS: f64 = 1.0;
 const GRAVITY: DVec3 = DVec3::new(0.0, -9.81, 0.0);
 
-/// A throw in a field of uniform gravity, exact in one step of any length by a good scheme.
+/// A throw in a field of uniform gravity, which schemes of second order integrate exactly at any step.
 pub fn fall() -> Motion {
     let (velocity, pull) = (DVec3::new(3.0, 5.0, -2.0), GRAVITY);
     let closed: Closed = Arc::new(move |t| {
@@ -44,8 +44,7 @@ pub fn fall() -> Motion {
 
 /// A ball of 1 kg on a spring of 1 Hz, let go at 1 m, for ten and a quarter periods.
 ///
-/// A quarter more, because `Kick` differs from `KickDriftKick` by where in a period it looks: after
-/// whole periods its first-order error cancels.
+/// The quarter is needed because the first-order error of `Kick` cancels after whole periods.
 pub fn spring() -> Motion {
     let about = about(
         "spring",
@@ -60,7 +59,7 @@ pub fn spring() -> Motion {
     }
 }
 
-/// The same under the gravity of the scene.
+/// The same under Rapier's gravity.
 pub fn spring_under_gravity() -> Motion {
     let about = about(
         "spring under gravity",
@@ -75,7 +74,7 @@ pub fn spring_under_gravity() -> Motion {
     }
 }
 
-/// A spring so stiff that a game's step is many of its periods.
+/// A spring so stiff that the longest step covers several of its periods.
 pub fn stiff_well() -> Motion {
     let about = about(
         "stiff well",
@@ -112,7 +111,7 @@ fn sprung(omega: f64, gravity: DVec3) -> Motion {
     }
 }
 
-/// A ball that falls under the scene's gravity in strong drag: k·dt from 6 down.
+/// A ball under Rapier's gravity in strong drag: rate × dt is about 6 at the longest step.
 pub fn drag() -> Motion {
     let (rate, velocity) = (50.0, DVec3::new(3.0, 5.0, -2.0));
     let closed: Closed = Arc::new(move |t| {
@@ -132,7 +131,7 @@ pub fn drag() -> Motion {
         ),
         tops: vec![Top::point(MASS, START, velocity)],
         gravity: GRAVITY,
-        // How far it flies, and how fast it falls in the end.
+        // Distance over which the throw decays, and terminal speed.
         scales: [velocity.length() / rate, 9.81 / rate],
         tree: Arc::new(move |_| whole(Field::drag(k, 0.0)).into()),
         forces: each(move |site| site.velocity * -k),
@@ -142,7 +141,7 @@ pub fn drag() -> Motion {
     }
 }
 
-/// A field that every site takes whole.
+/// A field that acts with its whole vector on every site.
 pub(super) fn whole(field: Field) -> Field {
     field.coupled_to(Coupling::Each)
 }
