@@ -1,4 +1,4 @@
-//! Moving pictures as PNG files, in as few bytes as they take.
+//! Animated PNG files of small size.
 
 use color_quant::NeuQuant;
 use png::{BitDepth, BlendOp, ColorType, Compression, Encoder, Filter};
@@ -8,21 +8,21 @@ use crate::AnyError;
 /// A pixel: red, green, blue and opacity.
 pub type Pixel = [u8; 4];
 
-/// The number of the colour that leaves a pixel as it was.
+/// The number of the transparent colour, which keeps a pixel of the frame before.
 const UNCHANGED: u8 = 255;
-/// A pixel is left as it was as long as no part of its colour is farther off.
+/// A pixel is kept if no part of its colour differs by more.
 const TOLERANCE: u8 = 3;
-/// Of how many pixels one is looked at to choose colours.
+/// The palette is chosen from one in this many pixels.
 const SPARSE: usize = 37;
 
-/// Pictures of one size, one after the other.
+/// A sequence of pictures of one size.
 pub struct Film {
     pub size: [usize; 2],
     pub frames_per_second: u16,
     pub frames: Vec<Vec<Pixel>>,
 }
 
-/// The part of a picture that is not as before.
+/// The rectangle of a picture that differs from the one before.
 #[derive(Debug, PartialEq)]
 struct Change {
     left: usize,
@@ -32,10 +32,10 @@ struct Change {
 }
 
 impl Film {
-    /// The film as a PNG file of 255 colours, over and over again.
+    /// The film as an animated PNG file of 255 colours that repeats without end.
     ///
     /// # Errors
-    /// There is no picture, or they are not of the size that is told.
+    /// There is no picture, or their size is not `size`.
     pub fn encode(&self) -> Result<Vec<u8>, AnyError> {
         let palette = Palette::of(self);
         let mut frames: Vec<Vec<u8>> = Vec::new();
@@ -71,7 +71,7 @@ impl Film {
 }
 
 impl Change {
-    /// The smallest rectangle with all that changes; a single pixel if nothing does.
+    /// The smallest rectangle with all changes; a single pixel if there is none.
     fn between(before: &[u8], after: &[u8], width: usize) -> Self {
         let height = before.len() / width;
         let rows = before.chunks(width).zip(after.chunks(width));
@@ -94,7 +94,7 @@ impl Change {
         }
     }
 
-    /// What is in the rectangle afterwards, where it is not as before.
+    /// The new content of the rectangle; [`UNCHANGED`] where it equals the old.
     fn cut(&self, before: &[u8], after: &[u8], width: usize) -> Vec<u8> {
         let mut cut = Vec::with_capacity(self.width * self.height);
         for row in self.top..self.top + self.height {
@@ -129,13 +129,13 @@ impl Palette {
         Self { colors, nearest }
     }
 
-    /// The numbers of the colours of a frame; as before where that is near enough.
+    /// The numbers of the colours of a frame; those of the frame before where they are near enough.
     fn numbers(&self, frame: &[Pixel], before: Option<&Vec<u8>>) -> Vec<u8> {
         let near = |pixel: &Pixel, number: u8| {
             let color = self.colors[usize::from(number)];
             (0..4).all(|k| pixel[k].abs_diff(color[k]) <= TOLERANCE)
         };
-        // Neighbours are often alike, and looking one up takes long.
+        // A lookup is slow, and neighbours are often equal.
         let mut last = (Pixel::default(), self.number(&Pixel::default()));
         let mut number = |pixel: &Pixel| {
             if *pixel != last.0 {
@@ -176,7 +176,7 @@ mod tests {
     const GREY: Pixel = [90, 90, 90, 255];
     const RED: Pixel = [220, 20, 20, 255];
 
-    /// A red square that moves to the right over grey, a pixel a frame.
+    /// A red square that moves to the right over grey by a pixel per frame.
     fn film() -> Film {
         let frame = |left: usize| {
             let pixels = (0..SIZE[0] * SIZE[1]).map(|k| [k % SIZE[0], k / SIZE[0]]);
@@ -193,14 +193,14 @@ mod tests {
         }
     }
 
-    /// How far off a colour is in that of its parts which is farthest off.
+    /// The largest difference of two colours in one of their parts.
     fn off(a: &[u8], b: &Pixel) -> u8 {
         let parts = a.iter().zip(b).map(|(a, b)| a.abs_diff(*b));
         parts.max().unwrap_or(u8::MAX)
     }
 
     #[test]
-    fn pictures_read_back_are_those_of_the_film() -> Result<(), AnyError> {
+    fn decoded_pictures_equal_those_of_the_film() -> Result<(), AnyError> {
         let film = film();
         let file = film.encode()?;
         let mut decoder = png::Decoder::new(std::io::Cursor::new(&file));
@@ -234,7 +234,7 @@ mod tests {
     }
 
     #[test]
-    fn only_what_changes_is_kept() {
+    fn only_changed_pixels_are_stored() {
         let numbers = |left: usize| {
             let frame = &film().frames[left];
             frame

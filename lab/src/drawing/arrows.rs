@@ -1,10 +1,10 @@
-//! A square of a plane, drawn as SVG: arrows of a field on a grid, circles, lines and words.
+//! A square of a plane, drawn as SVG: arrows of a field on a grid, circles, lines and text.
 
 use std::fmt::Write;
 
 use rapier3d_fields::math::DVec3;
 
-/// Dark to light, from weak to strong: matplotlib's viridis reversed, without its palest end.
+/// Light to dark, from weak to strong: matplotlib's viridis reversed, without its palest end.
 const SHADES: [&str; 8] = [
     "#b5de2b", "#6ece58", "#35b779", "#1f9e89", "#26828e", "#31688e", "#3e4989", "#482878",
 ];
@@ -14,18 +14,18 @@ const DECADES: f64 = 2.5;
 pub const INK: &str = "#263246";
 pub const FAINT: &str = "#8b98ab";
 
-/// Part of a plane, and where it is on the page.
+/// Part of a plane, and its place on the page.
 pub struct Panel {
-    /// What is in the middle, and the directions across and up.
+    /// The point in the middle, and the directions across and up.
     pub middle: DVec3,
     pub across: DVec3,
     pub up: DVec3,
-    /// From the middle to each side.
+    /// Distance from the middle to each side.
     pub extent: f64,
     /// Middle and half width on the page.
     pub page_middle: [f64; 2],
     pub page_extent: f64,
-    /// Where along an arrow its point is: 0 at the tail, ½ in the middle.
+    /// The part of an arrow that is at its point: 0 is the tail, ½ the middle.
     pub pivot: f64,
 }
 
@@ -58,7 +58,7 @@ impl Panel {
         })
     }
 
-    /// The arrows of a field at such points; none where it is not defined.
+    /// The arrows of a field on the [`grid`](Self::grid); none where it is not defined.
     pub fn sample(&self, count: usize, field: impl Fn(DVec3) -> Option<DVec3>) -> Vec<Arrow> {
         let arrow = |point| {
             let vector = field(point)?;
@@ -67,9 +67,9 @@ impl Panel {
         self.grid(count).filter_map(arrow).collect()
     }
 
-    /// Draws arrows of a logarithmic length, at most `longest` on the page, coloured by strength.
-    /// The longest stand for `strongest`, or without it for what most arrows do not exceed.
-    /// What points out of the plane is drawn as a ringed dot, into it as a cross.
+    /// Draws arrows of a logarithmic length, at most `longest` on the page, coloured by strength. The longest stand for
+    /// `strongest`, or without it for a strength that most arrows do not exceed. A vector out of the plane is drawn as
+    /// a ringed dot, one into it as a cross.
     pub fn draw_arrows(
         &self,
         svg: &mut String,
@@ -81,7 +81,7 @@ impl Panel {
         let mut shades: [String; SHADES.len()] = Default::default();
         for arrow in arrows {
             let strength = arrow.vector.length();
-            // What is singular has no direction; what is nothing but rounding neither.
+            // Singular vectors have no direction, and those that are only rounding errors neither.
             if !strength.is_finite() || strength <= 1e-9 * strongest {
                 continue;
             }
@@ -98,7 +98,7 @@ impl Panel {
         }
     }
 
-    /// Draws arrows of a length in proportion to their vectors, the longest as told, in one colour.
+    /// Draws arrows with lengths proportional to their vectors, at most `longest`, in one colour.
     pub fn draw_pale(&self, svg: &mut String, arrows: &[Arrow], longest: f64, color: &str) {
         let lengths = arrows.iter().map(|arrow| arrow.vector.length());
         let greatest = lengths.fold(0.0, f64::max);
@@ -162,7 +162,7 @@ impl Panel {
         );
     }
 
-    /// A line through points, as long as there are any.
+    /// A line through points.
     pub fn line(&self, svg: &mut String, points: &[DVec3], style: &str) {
         let mut path = String::new();
         for point in points {
@@ -177,8 +177,7 @@ impl Panel {
     }
 }
 
-/// The strength that most arrows, 17 in 20, do not exceed: near a singularity one would
-/// otherwise outshine all.
+/// The strength that 17 in 20 arrows do not exceed: near a singularity, the largest would make all others pale.
 fn high_strength(arrows: &[Arrow]) -> f64 {
     let mut strengths: Vec<f64> = arrows.iter().map(|arrow| arrow.vector.length()).collect();
     strengths.retain(|strength| strength.is_finite() && *strength > 0.0);
@@ -191,7 +190,7 @@ fn high_strength(arrows: &[Arrow]) -> f64 {
         .unwrap_or(0.0)
 }
 
-/// A line of words.
+/// A line of text.
 pub fn text(svg: &mut String, [x, y]: [f64; 2], size: f64, color: &str, words: &str) {
     let words = words.replace('&', "&amp;").replace('<', "&lt;");
     let _ = writeln!(
@@ -200,7 +199,7 @@ pub fn text(svg: &mut String, [x, y]: [f64; 2], size: f64, color: &str, words: &
     );
 }
 
-/// What the colours mean.
+/// The legend of the colours.
 pub fn legend(svg: &mut String, [x, y]: [f64; 2]) {
     text(svg, [x, y], 13.0, FAINT, "weak");
     for (number, color) in SHADES.iter().enumerate() {
@@ -220,7 +219,7 @@ pub fn legend(svg: &mut String, [x, y]: [f64; 2]) {
     );
 }
 
-/// The whole document around its content. Lines have round ends and no filling unless told.
+/// The whole document around its content. By default, lines have round ends and shapes have no fill.
 pub fn document(width: f64, height: f64, content: &str) -> String {
     format!(
         r##"<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" viewBox="0 0 {width} {height}" font-family="sans-serif">

@@ -1,4 +1,4 @@
-//! Pictures as SVG, and moving ones as PNG.
+//! Pictures as SVG, and animated ones as PNG.
 
 #[cfg(feature = "animation")]
 pub mod apng;
@@ -22,7 +22,7 @@ pub mod space;
 
 pub mod work_precision;
 
-/// A picture as a PNG file too, with the feature `png` and on a machine that has one of the usual fonts.
+/// An SVG picture as a PNG file; `None` without the feature `png`, or on a machine without one of the usual fonts.
 pub fn pixels(svg: &str) -> Result<Option<Vec<u8>>, crate::AnyError> {
     #[cfg(feature = "png")]
     return png::png(svg, 1.0);

@@ -1,4 +1,4 @@
-//! The picture of a run: the box on the left, its history on the right.
+//! The picture of a run: the box on the left, its plots over time on the right.
 
 use std::path::Path;
 
@@ -11,15 +11,15 @@ use crate::{AnyError, make_folder_of};
 
 const WIDTH: u32 = 1320;
 const HEIGHT: u32 = 740;
-/// Width of the history.
+/// Width of the plots.
 const PANELS: u32 = 600;
 
-/// What the picture shows of the box.
+/// The left part of the picture: the box and its titles.
 pub struct Scene<'a> {
     pub title: &'a str,
     pub subtitle: &'a str,
     pub balls: Vec<Ball>,
-    /// What the balls' colours are.
+    /// The colours of the balls.
     pub colors: &'a [Rgb],
     pub half_extents: DVec3,
 }

@@ -6,14 +6,14 @@ use plotters::prelude::*;
 use crate::AnyError;
 use crate::record::{Record, Sample};
 
-/// The names of the units on the axes, and what an energy is divided by to be in its unit.
+/// The names of the units on the axes, and the divisor that converts an energy to its unit.
 pub struct Units {
     pub time: &'static str,
     pub energy: &'static str,
     pub energy_unit: f64,
 }
 
-/// Room for the labels at the left of a panel, and for title and legend above it.
+/// Space for the labels at the left of a panel, and for title and legend above it.
 const LEFT: u32 = 64;
 const HEADING: u32 = 40;
 
@@ -31,7 +31,7 @@ struct Series {
 enum Mark {
     /// A line of this width.
     Line(u32),
-    /// Dots: what lies under them stays to be seen.
+    /// Dots, between which a line below remains visible.
     Dots,
 }
 
@@ -78,7 +78,7 @@ fn energies(record: &Record, units: &Units) -> Vec<Series> {
             .collect(),
     };
     let mut lines = vec![line("kinetic", ORANGE, |s| s.kinetic)];
-    // A scene without potentials has one line to show, not three.
+    // Without potentials the total equals the kinetic energy.
     if record.samples.iter().any(|sample| sample.potential != 0.0) {
         lines.push(line("potential", BLUE, |s| s.potential));
         lines.push(line("total", INK, |s| s.kinetic + s.potential));
@@ -126,7 +126,7 @@ fn draw(area: &Area, title: &str, unit: &str, series: &[Series]) -> Result<(), A
     let (low, high) = points().fold((0.0, 0.0), |(low, high): (f64, f64), (_, y)| {
         (low.min(*y), high.max(*y))
     });
-    // Something to see even where nothing happened.
+    // A range that is not empty even if all values are equal.
     let margin = (0.1 * (high - low)).max(0.05);
     let low = if low < 0.0 { low - margin } else { low };
     let mut chart = ChartBuilder::on(area)
@@ -153,10 +153,10 @@ fn draw(area: &Area, title: &str, unit: &str, series: &[Series]) -> Result<(), A
     draw_heading(area, title, series)
 }
 
-/// A number with as many decimals as tell it from one that differs by `step`.
+/// A number with as many decimals as distinguish it from one that differs by `step`.
 fn label(value: f64, step: f64) -> String {
     let decimals = (-step.log10()).clamp(0.0, 6.0) as usize;
-    // Not -0.0, which a tick next to zero would print as.
+    // A tick next to zero would print as -0.0.
     let value = if value.abs() < step { 0.0 } else { value };
     let text = format!("{value:.decimals$}");
     if decimals == 0 {
@@ -165,7 +165,7 @@ fn label(value: f64, step: f64) -> String {
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
-/// The title at the left and the legend at the right, above the curves, not over them.
+/// Draws the title at the left and the legend at the right, above the curves.
 fn draw_heading(area: &Area, title: &str, series: &[Series]) -> Result<(), AnyError> {
     let font = |size| ("sans-serif", size).into_font().color(&INK);
     area.draw(&Text::new(title, (LEFT as i32, 10), font(17)))?;
@@ -175,7 +175,7 @@ fn draw_heading(area: &Area, title: &str, series: &[Series]) -> Result<(), AnyEr
         .rev()
         .filter(|series| !series.label.is_empty())
     {
-        // As wide as such text is on average: the backend cannot measure it.
+        // The average width of such text: the backend cannot measure it.
         x -= 34 + series.label.len() as i32 * 15 / 2;
         area.draw(&Text::new(series.label, (x + 24, 11), font(14)))?;
         match series.mark {

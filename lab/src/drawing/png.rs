@@ -4,7 +4,7 @@ use resvg::{tiny_skia, usvg};
 
 use crate::AnyError;
 
-/// What stands for `sans-serif`, the first that there is.
+/// Font families for `sans-serif`; the first installed one is used.
 const FAMILIES: [&str; 5] = [
     "DejaVu Sans",
     "Liberation Sans",
@@ -13,14 +13,14 @@ const FAMILIES: [&str; 5] = [
     "Helvetica",
 ];
 
-/// An SVG document as a PNG file of some pixels per unit; nothing on a machine without one of the usual
-/// fonts, on which its words would be missing.
+/// An SVG document as a PNG file with `scale` pixels per unit; `None` on a machine without one of these fonts, as its
+/// text would be missing.
 pub fn png(svg: &str, scale: f32) -> Result<Option<Vec<u8>>, AnyError> {
     let pixels = pixels(svg, scale)?;
     Ok(pixels.map(|it| it.encode_png()).transpose()?)
 }
 
-/// An SVG document as pixels, some per unit; nothing on a machine without one of the usual fonts.
+/// An SVG document as pixels, `scale` per unit; `None` on a machine without one of the usual fonts.
 pub fn pixels(svg: &str, scale: f32) -> Result<Option<tiny_skia::Pixmap>, AnyError> {
     let mut options = usvg::Options::default();
     let fonts = options.fontdb_mut();
@@ -48,7 +48,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn words_are_drawn_where_there_are_fonts() -> Result<(), AnyError> {
+    fn text_is_drawn_if_there_is_a_font() -> Result<(), AnyError> {
         let svg = |word: &str| {
             format!(
                 "<svg xmlns='http://www.w3.org/2000/svg' width='40' height='20'>\

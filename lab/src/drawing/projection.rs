@@ -12,7 +12,7 @@ pub struct Ball {
     pub color: usize,
 }
 
-/// How the box is seen, and where on the page.
+/// The box, and its place on the page.
 pub struct View {
     /// Distances from the origin to the walls.
     pub half_extents: DVec3,
@@ -24,11 +24,11 @@ pub struct View {
 /// Red, green, blue.
 pub type Rgb = [f64; 3];
 
-/// What distant balls fade into.
+/// The colour into which distant balls fade.
 const HAZE: Rgb = [236.0, 241.0, 247.0];
-/// How many steps from near to far are told apart by colour.
+/// Number of shades from near to far.
 const LAYERS: usize = 10;
-/// How far the eye is away, in half diagonals of the box.
+/// Distance of the eye from the centre, in half diagonals of the box.
 const EYE: f64 = 5.5;
 
 /// The corners of a box, as signs. Bit n of a number is set where sign n is positive.
@@ -104,7 +104,7 @@ impl View {
 
     fn draw_edges(&self, svg: &mut String, color: &str, wanted: impl Fn(usize, usize) -> bool) {
         for a in 0..CORNERS.len() {
-            // Neighbours along an axis differ in one bit; each edge once.
+            // Neighbours along an axis differ in one bit; `b != a` takes each edge once.
             for b in [a | 1, a | 2, a | 4].into_iter().filter(|b| *b != a) {
                 if wanted(a, b) {
                     let (from, to) = (self.corner(a), self.corner(b));

@@ -1,6 +1,6 @@
 //! Work-precision diagrams: cost against error, one line per method.
 //!
-//! Of the methods only some are shown, the same on every panel, so that lines can be told apart.
+//! Only some methods are shown, the same on every panel, so that lines can be distinguished.
 
 use plotters::coord::Shift;
 use plotters::prelude::*;
@@ -13,11 +13,11 @@ type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 const INK: RGBColor = RGBColor(38, 50, 70);
 const FAINT: RGBColor = RGBColor(222, 228, 236);
 
-/// Scenes that say the most on one picture.
+/// The scenes of the overview.
 pub const OVERVIEW: [&str; 4] = ["spring", "Kepler 0.9", "bound dimer", "sphere impacts"];
 
-/// What is drawn: of forces and of contacts, what one writes without this crate, and of the crate's own what
-/// has no double in it.
+/// The methods that are drawn, for forces and for contacts, with this crate and without it; near duplicates are left
+/// out.
 const SHOWN: [Method; 12] = [
     Method::KickDriftKick,
     Method::KickDriftKickOnce,
@@ -35,12 +35,12 @@ const SHOWN: [Method; 12] = [
 
 /// The size of a panel with its legend below.
 const PANEL: [u32; 2] = [500, 470];
-/// The height of a legend, and of a line of it.
+/// The height of a legend, and of one of its lines.
 const LEGEND: u32 = 84;
 const LEGEND_LINE: i32 = 24;
 
-/// Draws a panel for each of some scenes of a report, by the first of its views, in one precision;
-/// returns an SVG document. Scenes without runs are left out.
+/// Draws a panel for each of the `scenes` of a report (all if none is named) in one precision, by the metric of its
+/// first view; returns an SVG document. Scenes without runs are left out.
 pub fn diagrams(report: &Report, precision: u32, scenes: &[&str]) -> Result<String, AnyError> {
     let shown = report.scenes.iter().filter(|scene| {
         let of_scene = |run: &Run| run.case == scene.name && run.precision == precision;
@@ -89,7 +89,7 @@ fn panel(
         Some(error.log10())
     };
     let (area, legend) = area.split_vertically(PANEL[1] - LEGEND);
-    // What of a method without a point is said in its place: a logarithm has no zero.
+    // A method without a point gets a remark instead: an error of zero has no logarithm.
     let remark = |method: Method| {
         let own = || runs.iter().filter(|run| run.method == method);
         match own().any(|run| error(run).is_some()) {
@@ -140,7 +140,7 @@ fn panel(
         let color = color(method);
         let at = |run: &&&Run| Some((error(run)?, height(run.timing.median, run)));
         let line: Vec<(f64, f64)> = own.iter().filter_map(at).collect();
-        // The middle half of the times.
+        // From the lower to the upper quartile of the times.
         let bars = own.iter().filter_map(|run| {
             let [low, high] = [run.timing.lower_quartile, run.timing.upper_quartile];
             let x = error(run)?;
@@ -162,7 +162,7 @@ fn methods_of(runs: &[&Run]) -> impl Iterator<Item = Method> {
     SHOWN.into_iter().filter(there)
 }
 
-/// Draws the colours and names of methods, in two columns below their panel, each with a remark.
+/// Draws the colours, names and remarks of methods, in two columns below their panel.
 fn draw_legend(
     area: &Area<'_>,
     runs: &[&Run],
@@ -185,7 +185,7 @@ fn draw_legend(
     Ok(())
 }
 
-/// Blue and green for this crate, red and brown without it.
+/// Blue, green and violet for this crate, red and brown for methods without it.
 fn color(method: Method) -> RGBColor {
     const OURS: [RGBColor; 9] = [
         RGBColor(31, 119, 208),
@@ -218,7 +218,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn at_most_six_of_a_kind_are_drawn_with_those_by_hand() {
+    fn at_most_six_methods_of_a_kind_are_drawn_including_those_by_hand() {
         for kind in [&Method::FORCES[..], &Method::CONTACTS[..]] {
             let drawn = kind.iter().filter(|it| SHOWN.contains(it));
             let drawn: Vec<_> = drawn.collect();

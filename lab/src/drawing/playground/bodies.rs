@@ -1,4 +1,4 @@
-//! Bodies that move, and their shadows on the floor.
+//! Moving bodies, and their shadows on the floor.
 
 use rapier3d_fields::math::{DPose3, DVec3, to_dpose3, to_dvec3, to_f64};
 
@@ -6,7 +6,7 @@ use super::size_at;
 use crate::drawing::space::{Camera, Canvas, Paint, Rgb, disc, draw_ball, draw_box, mix};
 use crate::single::scenes::playground::{ISLAND, Kind, POOL, POOL_SIZE, Playground, Thing};
 
-/// What a body looks like.
+/// The appearance of a body.
 struct Look {
     pose: DPose3,
     shape: Shape,
@@ -18,7 +18,7 @@ enum Shape {
     Box(DVec3),
 }
 
-/// The two colours of a kind of body that is awake.
+/// The two colours of an awake body of a kind.
 fn colors(kind: Kind) -> [Rgb; 2] {
     match kind {
         Kind::Moon => [[206.0, 212.0, 224.0], [232.0, 236.0, 244.0]],
@@ -29,7 +29,7 @@ fn colors(kind: Kind) -> [Rgb; 2] {
     }
 }
 
-/// What colours fade into when a body falls asleep.
+/// The colours of sleeping bodies, mixed with a little of their own.
 const ASLEEP: [Rgb; 2] = [[104.0, 118.0, 142.0], [124.0, 138.0, 162.0]];
 
 impl Look {
@@ -71,14 +71,14 @@ pub fn draw(canvas: &mut Canvas, camera: &Camera, level: &Playground) {
         match look.shape {
             Shape::Box(half) => draw_box(canvas, camera, &look.pose, half, look.colors),
             Shape::Ball(radius) => draw_ball(canvas, camera, &look.pose, radius, |local| {
-                // A band, by which one sees it roll.
+                // A band that makes rolling visible.
                 if local.x.abs() < 0.28 { mark } else { base }
             }),
         }
     }
 }
 
-/// Darkens the floor below what is over it, less the higher that is.
+/// Darkens the floor below bodies, less below higher ones.
 pub fn draw_shadows(canvas: &mut Canvas, camera: &Camera, level: &Playground) {
     let (near, far) = (to_dvec3(POOL - POOL_SIZE), to_dvec3(POOL + POOL_SIZE));
     let island = to_dvec3(ISLAND);

@@ -1,4 +1,4 @@
-//! What stands still: the island with its basin, the planet, the magnet, and where fields are.
+//! The fixed parts: the island with its basin, the planet, the magnet, and the regions of fields.
 
 use rapier3d_fields::math::{DPose3, DVec3, to_dvec3, to_f64};
 
@@ -23,7 +23,7 @@ const AIR: Rgb = [150.0, 220.0, 255.0];
 const GRAVITY: Rgb = [255.0, 224.0, 150.0];
 const PULL: Rgb = [255.0, 120.0, 170.0];
 
-/// A face by its corners.
+/// Draws a face; its corners are counterclockwise as seen from the front.
 fn face(canvas: &mut Canvas, camera: &Camera, corners: [DVec3; 4], color: Rgb) {
     let spots = corners.map(|it| camera.spot(it));
     let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
@@ -52,7 +52,7 @@ pub fn draw(canvas: &mut Canvas, camera: &Camera) {
     draw_stand(canvas, camera);
 }
 
-/// What the magnet stands on.
+/// Draws the stand of the magnet.
 fn draw_stand(canvas: &mut Canvas, camera: &Camera) {
     let half = DVec3::new(0.3, 0.5 * (to_f64(MAGNET.y) - 0.4), 0.5);
     let at = to_dvec3(MAGNET) + DVec3::X;
@@ -60,7 +60,7 @@ fn draw_stand(canvas: &mut Canvas, camera: &Camera) {
     draw_box(canvas, camera, &pose, half, [EARTH; 2]);
 }
 
-/// Tiles of two shades, around the basin.
+/// Draws tiles of two shades around the basin.
 fn draw_floor(canvas: &mut Canvas, camera: &Camera) {
     let (near, far) = (to_dvec3(POOL - POOL_SIZE), to_dvec3(POOL + POOL_SIZE));
     let island = to_dvec3(ISLAND);
@@ -94,7 +94,7 @@ fn draw_floor(canvas: &mut Canvas, camera: &Camera) {
     }
 }
 
-/// The sides of the island that the eye sees.
+/// Draws the visible sides of the island.
 fn draw_sides(canvas: &mut Canvas, camera: &Camera) {
     let island = to_dvec3(ISLAND);
     let at = |x: f64, y: f64, z: f64| DVec3::new(x * island.x, y * island.y, z * island.z);
@@ -114,7 +114,7 @@ fn draw_sides(canvas: &mut Canvas, camera: &Camera) {
     face(canvas, camera, left, EARTH);
 }
 
-/// The walls and the bottom of the pool, without water.
+/// Draws the visible walls and the bottom of the pool, without water.
 fn draw_basin(canvas: &mut Canvas, camera: &Camera) {
     let (near, far) = (to_dvec3(POOL - POOL_SIZE), to_dvec3(POOL + POOL_SIZE));
     let bottom = to_f64(POOL.y - 2.0 * POOL_SIZE.y);
@@ -142,7 +142,7 @@ fn draw_basin(canvas: &mut Canvas, camera: &Camera) {
     face(canvas, camera, right, mix(BASIN, FLOOR, 0.3));
 }
 
-/// Where wind and magnet are, on the floor.
+/// Draws the regions of wind and magnet on the floor.
 fn draw_zones(canvas: &mut Canvas, camera: &Camera) {
     let signs = [
         [-1.0, -1.0, 1.0],
@@ -161,7 +161,7 @@ fn draw_zones(canvas: &mut Canvas, camera: &Camera) {
     draw_ring(canvas, camera, middle, radius, PULL);
 }
 
-/// A disc on the floor as far as the island goes, with a rim.
+/// Draws a disc with a rim on the floor, clamped to the island.
 fn draw_ring(canvas: &mut Canvas, camera: &Camera, middle: DVec3, radius: f64, color: Rgb) {
     let island = to_dvec3(ISLAND);
     let point = |k: usize| {
@@ -178,7 +178,7 @@ fn draw_ring(canvas: &mut Canvas, camera: &Camera, middle: DVec3, radius: f64, c
     }
 }
 
-/// How far the planet's gravity reaches: a circle around it that faces the eye.
+/// Draws the reach of the planet's gravity as a circle that faces the eye.
 fn draw_reach(canvas: &mut Canvas, camera: &Camera) {
     let spots = round(camera, to_dvec3(PLANET), to_f64(PLANET_REACH));
     canvas.polygon(&spots, &Paint::clear(GRAVITY, 0.05));
@@ -188,7 +188,7 @@ fn draw_reach(canvas: &mut Canvas, camera: &Camera) {
     }
 }
 
-/// A planet with land and sea, and its shadow.
+/// Draws the planet with land and sea, and its shadow.
 fn draw_planet(canvas: &mut Canvas, camera: &Camera) {
     let center = to_dvec3(PLANET);
     let below = DVec3::new(center.x, 0.0, center.z);

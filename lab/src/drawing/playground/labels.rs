@@ -1,4 +1,4 @@
-//! Words beside what they are about.
+//! Labels of the parts of the level.
 
 use std::fmt::Write;
 

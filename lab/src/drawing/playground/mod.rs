@@ -1,5 +1,5 @@
-//! A level of a game, frame by frame: what its fields do to bodies, which are bright while they are awake and
-//! pale while they sleep.
+//! The frames of an animation of the playground: its fields and their effect on bodies, which are bright while they are
+//! awake and pale while they sleep.
 
 mod bodies;
 mod ground;
@@ -20,7 +20,7 @@ use streams::Streams;
 pub const PAGE: [usize; 2] = [800, 450];
 
 const SKY: Rgb = [19.0, 27.0, 44.0];
-/// Bodies take so many steps to come and to go.
+/// Number of steps in which bodies grow at first and shrink at the end.
 const GROWTH: f64 = 12.0;
 /// The radius of the corners of the page, in pixels.
 const CORNER: f64 = 14.0;
@@ -28,14 +28,14 @@ const CORNER: f64 = 14.0;
 /// Draws the level.
 pub struct Painter {
     camera: Camera,
-    /// What never changes.
+    /// The fixed parts, drawn once.
     ground: Canvas,
     streams: Streams,
     labels: Vec<Pixel>,
 }
 
 impl Painter {
-    /// Draws what stands still, and follows the fields, once for all frames.
+    /// Draws the fixed parts, and follows the lines of the fields, once for all frames.
     ///
     /// # Errors
     /// The machine has none of the usual fonts.
@@ -58,7 +58,7 @@ impl Painter {
         })
     }
 
-    /// The level as it is.
+    /// Draws the level in its present state.
     pub fn frame(&self, level: &Playground) -> Vec<Pixel> {
         let mut canvas = self.ground.clone();
         bodies::draw_shadows(&mut canvas, &self.camera, level);
@@ -75,7 +75,7 @@ impl Painter {
     }
 }
 
-/// A pixel with its label over it, and clear outside the round corners.
+/// A pixel with the labels over it, transparent outside the round corners.
 fn finish(place: usize, pixel: [u8; 3], [r, g, b, opacity]: Pixel) -> Pixel {
     let share = f64::from(opacity) / 255.0;
     let over = |under: u8, over: u8| {
@@ -95,7 +95,7 @@ fn finish(place: usize, pixel: [u8; 3], [r, g, b, opacity]: Pixel) -> Pixel {
     ]
 }
 
-/// How much of a pixel is inside the round corners of the page.
+/// The share of a pixel that is inside the round corners of the page.
 fn inside_corners(place: usize) -> f64 {
     let [x, y] = [place % PAGE[0], place / PAGE[0]];
     let beyond = |at: usize, size: usize| {
@@ -106,8 +106,8 @@ fn inside_corners(place: usize) -> f64 {
     (CORNER + 0.5 - x.hypot(y)).clamp(0.0, 1.0)
 }
 
-/// How much of its size a body has that was put in before a step: it grows at first, and shrinks before
-/// everything begins again.
+/// The share of its size with which a body is drawn: it grows after the step `since`, and shrinks before the animation
+/// repeats.
 fn size_at(step: usize, since: usize) -> f64 {
     let grown = (step as f64 - since as f64) / GROWTH;
     let left = (STEPS as f64 - step as f64) / GROWTH;
@@ -125,7 +125,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn bodies_come_and_go_without_a_jump() {
+    fn bodies_grow_and_shrink_without_a_jump() {
         assert_eq!(size_at(0, 0), 0.0);
         assert_eq!(size_at(STEPS, 0), 0.0);
         assert_eq!(size_at(STEPS / 2, 0), 1.0);
@@ -140,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn corners_are_clear_and_sides_are_not() {
+    fn corners_are_transparent_and_sides_are_not() {
         let [width, height] = PAGE;
         assert_eq!(inside_corners(0), 0.0);
         assert_eq!(inside_corners(width * height - 1), 0.0);
@@ -149,7 +149,7 @@ mod tests {
     }
 
     #[test]
-    fn the_picture_of_the_readme_moves_and_is_small() -> Result<(), AnyError> {
+    fn the_picture_of_the_readme_is_animated_and_small() -> Result<(), AnyError> {
         let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../assets/level.png");
         let file = std::fs::read(path)?;
         assert!(file.len() <= 2_000_000, "{} bytes", file.len());
@@ -183,7 +183,7 @@ mod tests {
         }
         let awake = painter.frame(&level);
         let changed = asleep.iter().zip(&awake).filter(|(a, b)| a != b).count();
-        // Two pyramids and two rafts, not the page.
+        // Only the two pyramids and two rafts change.
         assert!((3_000..40_000).contains(&changed), "{changed} pixels");
         Ok(())
     }

@@ -1,4 +1,4 @@
-//! Lines along which fields push, with dashes that drift along them.
+//! Field lines, with dashes that drift along them.
 
 use rapier3d_fields::math::{DVec3, Real, Vector, to_dvec3};
 
@@ -14,18 +14,18 @@ const PULL: Rgb = [255.0, 150.0, 196.0];
 /// The length of a line's pieces, m.
 const PIECE: Real = 0.1;
 
-/// How dashes of a field drift.
+/// The appearance of the dashes of a field.
 struct Style {
     color: Rgb,
     opacity: f64,
-    /// In pieces of a line.
+    /// Length, in pieces of a line.
     dash: f64,
-    /// How often a dash goes along its line until everything begins again.
+    /// Number of times a dash passes along its line until the animation repeats.
     turns: f64,
     width: f64,
 }
 
-/// A line along a field, and where its dash is at first, from 0 to 1.
+/// A field line, and the initial place of its dash, from 0 to 1.
 struct Stream {
     points: Vec<DVec3>,
     start: f64,
@@ -34,7 +34,7 @@ struct Stream {
 pub struct Streams(Vec<(Style, Vec<Stream>)>);
 
 impl Streams {
-    /// Follows the fields of the level from places in their regions.
+    /// Follows the fields of the level from points in their regions.
     pub fn of(level: &Playground) -> Self {
         let wind = Style {
             color: AIR,
@@ -64,7 +64,7 @@ impl Streams {
         ])
     }
 
-    /// Draws the dashes where they are after a share of the time.
+    /// Draws the dashes after a `share` of the animation.
     pub fn draw(&self, canvas: &mut Canvas, camera: &Camera, share: f64) {
         for (style, streams) in &self.0 {
             for stream in streams {
@@ -74,7 +74,7 @@ impl Streams {
     }
 }
 
-/// Places at the windward side.
+/// Points at the windward side.
 fn wind_starts() -> Vec<Vector> {
     let mut starts = Vec::new();
     for row in 0..2 {
@@ -87,7 +87,7 @@ fn wind_starts() -> Vec<Vector> {
     starts
 }
 
-/// Places all around, just within reach, evenly spread: a Fibonacci lattice.
+/// Points of a Fibonacci lattice on a sphere just within `reach`, without those close to or below the floor.
 fn around(center: Vector, reach: Real, count: usize) -> Vec<Vector> {
     let place = |k: usize| {
         let up = 1.0 - 2.0 * (k as Real + 0.5) / count as Real;
@@ -109,7 +109,7 @@ fn follow_all(level: &Playground, starts: Vec<Vector>) -> Vec<Stream> {
     streams.filter(|it| it.points.len() > 2).collect()
 }
 
-/// The line along the fields from a place, as long as they are defined, or until it turns back.
+/// The line along the fields from `start`, up to where they are not defined or their direction reverses.
 fn follow(level: &Playground, start: Vector) -> Vec<DVec3> {
     let (mut at, mut points) = (start, Vec::new());
     let mut last = Vector::ZERO;
@@ -129,7 +129,7 @@ fn follow(level: &Playground, start: Vector) -> Vec<DVec3> {
 impl Stream {
     fn draw(&self, canvas: &mut Canvas, camera: &Camera, style: &Style, share: f64) {
         let last = self.points.len() as f64 - 1.0;
-        // It comes from before the start of its line, and goes on beyond its end.
+        // The dash enters before the start of its line, and leaves beyond its end.
         let whole = last + style.dash;
         let head = (self.start + share * style.turns).fract() * whole;
         let paint = Paint::clear(style.color, style.opacity);

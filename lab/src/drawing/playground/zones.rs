@@ -1,4 +1,4 @@
-//! Water, and an explosion.
+//! Water and an explosion.
 
 use rapier3d_fields::math::{DVec3, to_dvec3, to_f64};
 
@@ -13,10 +13,10 @@ const SHORE: Rgb = [190.0, 240.0, 255.0];
 const CORE: Rgb = [255.0, 244.0, 200.0];
 const FIRE: Rgb = [255.0, 196.0, 66.0];
 const EMBER: Rgb = [255.0, 122.0, 48.0];
-/// For how long an explosion is seen, in seconds.
+/// Time for which the explosion is visible, s.
 const BLAST_TIME: f64 = 0.54;
 
-/// The surface, through which one sees what is below.
+/// Draws the transparent surface.
 pub fn draw_water(canvas: &mut Canvas, camera: &Camera) {
     let signs = [
         [-1.0, 0.0, -1.0],
@@ -31,7 +31,7 @@ pub fn draw_water(canvas: &mut Canvas, camera: &Camera) {
     }
 }
 
-/// A ball of fire that grows and fades, sparks, and a ring that runs over the floor.
+/// Draws a ball of fire that grows and fades, sparks, and a ring that expands over the floor.
 pub fn draw_blast(canvas: &mut Canvas, camera: &Camera, step: usize) {
     let since = step as f64 - BLAST_STEP as f64;
     let share = since / (BLAST_TIME * STEPS_PER_SECOND as f64);
@@ -58,7 +58,7 @@ pub fn draw_blast(canvas: &mut Canvas, camera: &Camera, step: usize) {
     }
 }
 
-/// A ring on the floor.
+/// Draws a ring on the floor.
 fn draw_shock(canvas: &mut Canvas, camera: &Camera, center: DVec3, radius: f64, fading: f64) {
     let spots = disc(camera, center, radius);
     canvas.polygon(&spots, &Paint::clear(FIRE, 0.15 * fading).on_face());

@@ -1,8 +1,8 @@
-//! From space to the page.
+//! The projection from space to the page.
 
 use rapier3d_fields::math::DVec3;
 
-/// Where an eye is, and what it looks at; up on the page is +y.
+/// An eye and its directions; +y is up on the page.
 pub struct Camera {
     eye: DVec3,
     right: DVec3,
@@ -14,7 +14,7 @@ pub struct Camera {
     scale: f64,
 }
 
-/// A point on the page, in pixels from the upper left, and how near it is: one over its distance.
+/// A point on the page, in pixels from the upper left, and its nearness, the inverse of its depth.
 #[derive(Clone, Copy, Debug)]
 pub struct Spot {
     pub x: f64,
@@ -23,8 +23,8 @@ pub struct Spot {
 }
 
 impl Camera {
-    /// Looks from `eye` to `target`, which is in the middle of a page of some pixels. Across the page there is
-    /// room for `width` units of length at the distance of the target.
+    /// Looks from `eye` to `target`, which is in the middle of a page of some pixels. The page is `width` units of
+    /// length wide at the distance of the target.
     pub fn new(eye: DVec3, target: DVec3, width: f64, page: [usize; 2]) -> Self {
         let forward = (target - eye).normalize();
         let right = forward.cross(DVec3::Y).normalize();
@@ -39,7 +39,7 @@ impl Camera {
         }
     }
 
-    /// Where a point in front of the eye is on the page.
+    /// The place on the page of a point in front of the eye.
     pub fn spot(&self, point: DVec3) -> Spot {
         let arm = point - self.eye;
         let near = 1.0 / arm.dot(self.forward);
@@ -50,7 +50,7 @@ impl Camera {
         }
     }
 
-    /// How many pixels a unit of length is at a point.
+    /// Pixels per unit of length at a point.
     pub fn scale_at(&self, point: DVec3) -> f64 {
         self.scale * self.spot(point).near
     }
@@ -59,7 +59,7 @@ impl Camera {
         self.eye
     }
 
-    /// From the eye through a place on the page, a unit of distance deep.
+    /// The vector from the eye to the point of depth one behind a place on the page.
     pub fn ray(&self, x: f64, y: f64) -> DVec3 {
         let across = (x - self.middle[0]) / self.scale;
         let down = (y - self.middle[1]) / self.scale;

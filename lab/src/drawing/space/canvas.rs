@@ -1,22 +1,22 @@
-//! A page that knows of each of its points how near it is, finer than it is shown.
+//! A page with a depth buffer, of a higher resolution than its pixels.
 
 use super::camera::Spot;
 
 /// Red, green and blue, from 0 to 255.
 pub type Rgb = [f32; 3];
 
-/// Points to a side of each pixel that is shown.
+/// Points per side of a pixel.
 const FINE: usize = 3;
 
-/// How something is put on the page.
+/// The way something is drawn.
 #[derive(Clone, Copy)]
 pub struct Paint {
     pub color: Rgb,
-    /// From 0, not seen, to 1.
+    /// From 0, invisible, to 1.
     pub opacity: f32,
-    /// Whether it hides what comes later and is behind it.
+    /// Whether it hides shapes behind it that are drawn later.
     pub hides: bool,
-    /// By what share it counts as nearer than it is: what lies on a face has a little of it.
+    /// Share by which it counts as nearer than it is, so that a shape on a face is in front of it.
     pub lift: f64,
 }
 
@@ -30,7 +30,7 @@ impl Paint {
         }
     }
 
-    /// Of something that one sees through.
+    /// The paint of a transparent shape.
     pub fn clear(color: Rgb, opacity: f64) -> Self {
         Self {
             color,
@@ -40,13 +40,13 @@ impl Paint {
         }
     }
 
-    /// On a face that is drawn already.
+    /// The same paint for a shape on a face that is already drawn.
     pub fn on_face(self) -> Self {
         Self { lift: 2e-3, ..self }
     }
 }
 
-/// The page.
+/// The page: a colour and a nearness per point.
 #[derive(Clone)]
 pub struct Canvas {
     size: [usize; 2],
@@ -73,7 +73,7 @@ impl Canvas {
         self.size[1] * FINE
     }
 
-    /// Puts a point on the page unless something nearer hides it.
+    /// Draws a point unless a nearer one hides it.
     fn put(&mut self, place: usize, near: f64, paint: &Paint) {
         let near = (near * (1.0 + paint.lift)) as f32;
         if near < self.near[place] {
@@ -108,7 +108,7 @@ impl Canvas {
         }
     }
 
-    /// Draws a line of some pixels' width at its ends.
+    /// Draws a line with these widths at its ends, in pixels.
     pub fn line(&mut self, ends: [Spot; 2], widths: [f64; 2], paint: &Paint) {
         let [a, b] = ends;
         let length = (b.x - a.x).hypot(b.y - a.y).max(1e-9);
@@ -128,7 +128,7 @@ impl Canvas {
         self.polygon(&corners, paint);
     }
 
-    /// Draws what rays meet within a square around a place: `meet` says how near, and how it looks.
+    /// Draws the hits of rays within a square around a place: `meet` returns nearness and paint of a hit.
     pub fn rays(
         &mut self,
         around: Spot,
@@ -147,7 +147,7 @@ impl Canvas {
         }
     }
 
-    /// The pixels as they are shown, row by row: the mean of their points.
+    /// The pixels row by row, each the mean of its points.
     pub fn pixels(&self) -> Vec<[u8; 3]> {
         let mut pixels = Vec::with_capacity(self.size[0] * self.size[1]);
         for row in 0..self.size[1] {
@@ -168,7 +168,7 @@ impl Canvas {
     }
 }
 
-/// The points whose middles are from the least to the greatest of some places, on a page of so many.
+/// The range of points whose middles lie between the least and the greatest of `places`, at most `0..most`.
 fn extent(places: impl IntoIterator<Item = f64>, most: usize) -> std::ops::Range<usize> {
     let (mut least, mut greatest) = (f64::INFINITY, f64::NEG_INFINITY);
     for place in places {
@@ -179,7 +179,7 @@ fn extent(places: impl IntoIterator<Item = f64>, most: usize) -> std::ops::Range
     bound(least)..bound(greatest)
 }
 
-/// How nearness changes over a plane face: on the page it does so evenly.
+/// The nearness on a plane face, which is linear on the page.
 struct Slope {
     at_origin: f64,
     across: f64,
@@ -187,7 +187,7 @@ struct Slope {
 }
 
 impl Slope {
-    /// Through three of the corners; nothing if the face is seen edge-on.
+    /// From three of the corners; `None` if the face is seen edge-on.
     fn of(corners: &[Spot]) -> Option<Self> {
         let [a, b, c] = [corners[0], corners[1], corners[corners.len() - 1]];
         let (u, v) = ([b.x - a.x, b.y - a.y], [c.x - a.x, c.y - a.y]);

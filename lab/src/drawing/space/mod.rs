@@ -1,4 +1,4 @@
-//! Solids in perspective, as pixels: what is nearer hides what is farther, whatever is drawn first.
+//! Solids in perspective, as pixels: nearer ones hide farther ones in any order of drawing.
 
 mod camera;
 mod canvas;

@@ -5,19 +5,19 @@ use rapier3d_fields::math::{DPose3, DVec3};
 use super::camera::{Camera, Spot};
 use super::canvas::{Canvas, Paint, Rgb};
 
-/// Where light comes from.
+/// The direction to the light.
 const LIGHT: DVec3 = DVec3::new(-0.42, 0.8, 0.43);
-/// Faces that light does not reach have this share of the brightness of those that it meets.
+/// Brightness of faces away from the light, as a share of that of faces towards it.
 const SHADE: f64 = 0.5;
-/// Balls are shaded in so many steps: flat, as boxes are.
+/// Number of brightness steps on a ball, which make it look flat like the boxes.
 const STEPS: f64 = 6.0;
 
-/// A colour between two.
+/// A colour between two: `a` at a share of 0, `b` at 1.
 pub fn mix(a: Rgb, b: Rgb, share: f64) -> Rgb {
     std::array::from_fn(|k| a[k] + share as f32 * (b[k] - a[k]))
 }
 
-/// A colour on a face that looks along `normal`.
+/// A colour on a lit face with this normal.
 pub fn lit(color: Rgb, normal: DVec3) -> Rgb {
     let light = 0.5 + 0.5 * normal.dot(LIGHT.normalize());
     let share = SHADE + (1.0 - SHADE) * light;
@@ -57,7 +57,7 @@ pub fn draw_box(
     }
 }
 
-/// Draws a ball; `look` says its colour, by the direction from its middle in axes of its own.
+/// Draws a ball; `look` returns its colour by the direction from its centre, in its own axes.
 pub fn draw_ball(
     canvas: &mut Canvas,
     camera: &Camera,
@@ -85,7 +85,7 @@ pub fn draw_ball(
     });
 }
 
-/// The corners of a disc that lies flat.
+/// The corners of a horizontal disc.
 pub fn disc(camera: &Camera, center: DVec3, radius: f64) -> Vec<Spot> {
     let corner = |k: u32| {
         let (sin, cos) = (f64::from(k) * std::f64::consts::TAU / 28.0).sin_cos();

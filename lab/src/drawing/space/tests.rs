@@ -1,4 +1,4 @@
-//! What is nearer hides what is farther, and shapes have the size that they are given.
+//! Nearer shapes hide farther ones, and shapes have the given size.
 
 use rapier3d_fields::math::{DPose3, DVec3};
 
@@ -9,7 +9,7 @@ const BLACK: Rgb = [0.0; 3];
 const RED: Rgb = [200.0, 0.0, 0.0];
 const BLUE: Rgb = [0.0, 0.0, 200.0];
 
-/// From ten units before the origin, six of which are as wide as the page: ten pixels each.
+/// Ten units in front of the origin, where the page is six units of ten pixels wide.
 fn camera() -> Camera {
     Camera::new(DVec3::Z * 10.0, DVec3::ZERO, 6.0, PAGE)
 }
@@ -25,7 +25,7 @@ fn count(canvas: &Canvas, color: [u8; 3]) -> usize {
 }
 
 #[test]
-fn what_is_nearer_hides_what_is_farther_in_either_order() {
+fn nearer_shapes_hide_farther_ones_in_either_order() {
     let [near, far] = [square(DVec3::ZERO), square(DVec3::Z * -2.0)];
     let mut first = Canvas::new(PAGE, BLACK);
     first.polygon(&near, &Paint::solid(RED));
@@ -39,7 +39,7 @@ fn what_is_nearer_hides_what_is_farther_in_either_order() {
 }
 
 #[test]
-fn what_is_clear_lets_half_through_and_hides_nothing_behind_it() {
+fn a_clear_shape_of_half_opacity_hides_nothing_behind_it() {
     let mut canvas = Canvas::new(PAGE, BLACK);
     canvas.polygon(&square(DVec3::Z), &Paint::clear(RED, 0.5));
     assert_eq!(count(&canvas, [100, 0, 0]), 22 * 22);
@@ -48,7 +48,7 @@ fn what_is_clear_lets_half_through_and_hides_nothing_behind_it() {
 }
 
 #[test]
-fn neighbours_leave_no_gap_and_cover_nothing_twice() {
+fn neighbouring_faces_leave_no_gap_and_do_not_overlap() {
     let mut canvas = Canvas::new(PAGE, BLACK);
     let [a, b, c, d] = square(DVec3::ZERO);
     for half in [[a, b, c], [a, c, d]] {
@@ -58,7 +58,7 @@ fn neighbours_leave_no_gap_and_cover_nothing_twice() {
 }
 
 #[test]
-fn a_ball_sinks_into_the_floor_that_cuts_it() {
+fn a_floor_hides_the_part_of_a_ball_below_it() {
     let camera = Camera::new(DVec3::Y * 20.0 + DVec3::Z * 1e-3, DVec3::ZERO, 6.0, PAGE);
     let mut canvas = Canvas::new(PAGE, BLACK);
     let floor = [(-9.0, -9.0), (9.0, -9.0), (9.0, 9.0), (-9.0, 9.0)];
@@ -76,7 +76,7 @@ fn a_ball_sinks_into_the_floor_that_cuts_it() {
 }
 
 #[test]
-fn a_box_shows_the_faces_that_look_at_the_eye() {
+fn a_box_shows_only_the_faces_towards_the_eye() {
     let mut canvas = Canvas::new(PAGE, BLACK);
     let pose = DPose3::from_translation(DVec3::Z * -1.0);
     draw_box(&mut canvas, &camera(), &pose, DVec3::ONE, [RED, RED]);
