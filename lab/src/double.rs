@@ -1,5 +1,4 @@
-//! In 64-bit precision, on top of `rapier3d-fields-f64`. The rivals are written for 32 bits, and
-//! not here.
+//! In 64-bit precision, on top of `rapier3d-fields-f64`. The rivals are written for 32 bits only.
 
 pub use rapier3d_fields_f64 as fields;
 

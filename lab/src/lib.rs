@@ -1,9 +1,8 @@
-//! What the examples, tests and benchmarks of `rapier3d-fields` share: ready-made worlds, the
-//! measurement of error against run time, hand-written rivals, and drawing.
+//! Shared by the examples, tests and benchmarks of `rapier3d-fields`: ready-made worlds, the measurement of error
+//! against run time, hand-written code to compare with (`rivals`), and drawing.
 //!
-//! Whatever has to do with Rapier is here twice, from the same files: [`single`] on top of
-//! `rapier3d-fields` and [`double`] on top of `rapier3d-fields-f64`, so that one program can run
-//! both.
+//! Code that depends on Rapier is compiled twice from the same files: as [`single`] with `rapier3d-fields` and as
+//! [`double`] with `rapier3d-fields-f64`, so that one program can run both.
 
 #![forbid(unsafe_code)]
 #![deny(rustdoc::broken_intra_doc_links)]
@@ -33,13 +32,13 @@ pub mod single;
 )]
 pub mod double;
 
-/// Whatever stops a program.
+/// Any error that ends a program.
 pub type AnyError = Box<dyn Error + Send + Sync>;
 
-/// Makes the folder that a file is to be written in.
+/// Creates the folder of `file`, with its parents, if it does not exist.
 ///
 /// # Errors
-/// The folder cannot be made.
+/// The folder cannot be created.
 pub fn make_folder_of(file: &Path) -> Result<(), AnyError> {
     if let Some(folder) = file.parent() {
         std::fs::create_dir_all(folder)

@@ -1,7 +1,6 @@
 //! Seeded random numbers, so that a scene is the same on every machine and every run.
 //!
-//! Everything is drawn in `f64`: the `f32` and the `f64` crate build the same scene, up to the
-//! rounding of its numbers.
+//! All numbers are drawn in `f64`, so that the `f32` and the `f64` build of a scene differ by rounding only.
 
 use std::f64::consts::TAU;
 
@@ -34,7 +33,7 @@ impl Random {
         (self.bits() >> 11) as f64 / (1u64 << 53) as f64
     }
 
-    /// A number of the normal distribution with mean 0 and standard deviation 1.
+    /// A normally distributed number with mean 0 and standard deviation 1.
     pub fn normal(&mut self) -> f64 {
         // Box–Muller; `1 - uniform` is in (0, 1], where the logarithm is finite.
         let radius = (-2.0 * (1.0 - self.uniform()).ln()).sqrt();

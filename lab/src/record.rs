@@ -1,10 +1,10 @@
-//! What a run is judged by: conservation with the walls' share counted, and contacts.
+//! The record of a run: conservation of energy and momentum, walls included, and counts of contacts.
 
 use std::time::Instant;
 
 use rapier3d_fields::math::DVec3;
 
-/// The sums over all bodies that are conserved, or should be.
+/// Conserved quantities, summed over all bodies.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Totals {
     pub kinetic: f64,
@@ -12,7 +12,7 @@ pub struct Totals {
     pub momentum: DVec3,
     /// About the origin.
     pub angular_momentum: DVec3,
-    /// Σ|mv| and Σ|r||mv|, to hold errors of the two above against.
+    /// Σ|mv| and Σ|r||mv|: the scales of errors of momentum and angular momentum.
     pub scales: [f64; 2],
 }
 
@@ -30,7 +30,7 @@ pub struct Sample {
     pub potential: f64,
 }
 
-/// How many contacts each side counted, summed over the steps of an interval.
+/// Contacts that the fields and Rapier found, summed over the steps of an interval.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Tally {
     /// Time at the end of the interval.
@@ -39,16 +39,16 @@ pub struct Tally {
     pub rapier: u64,
 }
 
-/// What contacts did in one step; see `watch` of either precision.
+/// The contacts of one step, from `watch::contacts` of either precision.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct StepContacts {
-    /// Contacts that fields found where the step ended.
+    /// Contacts that the fields found at the end of the step.
     pub found_by_fields: u64,
-    /// Pairs that overlap, as Rapier found them where the step began.
+    /// Overlapping pairs that Rapier found at the start of the step.
     pub found_by_rapier: u64,
     /// Contacts to which the fields gave an impulse.
     pub answered: u64,
-    /// Impulse that the walls took up.
+    /// Impulse on the walls, which are fixed bodies.
     pub wall_impulse: DVec3,
     /// Its moment about the origin.
     pub wall_twist: DVec3,
@@ -60,25 +60,25 @@ pub struct Record {
     pub samples: Vec<Sample>,
     /// One for each interval.
     pub tallies: Vec<Tally>,
-    /// Contacts that were answered, each once for every step in which it was.
+    /// Contacts that got an impulse, counted once per step in which they did.
     pub collisions: u64,
-    /// Impulse that the walls took up, and its moment about the origin.
+    /// Impulse on the walls, and its moment about the origin.
     wall_impulse: DVec3,
     wall_twist: DVec3,
     dt: f64,
     steps: usize,
     steps_per_tally: usize,
-    /// What the fields found at the poses from which the next step of Rapier starts.
+    /// Contacts that the fields found at the poses from which Rapier's next step starts.
     found_before: u64,
     began: Instant,
     seconds: f64,
 }
 
-/// Into how many intervals a run is cut for counting contacts.
+/// Number of intervals of a run in which contacts are counted.
 const TALLIES: usize = 60;
 
 impl Record {
-    /// Begins the record of a run of so many steps.
+    /// Begins the record of a run of `steps` steps.
     pub fn begin(start: Totals, dt: f64, steps: usize) -> Self {
         let mut record = Self {
             start,
@@ -98,12 +98,12 @@ impl Record {
         record
     }
 
-    /// Simulated time. Not the sum of all `dt` in 32 bits, which would be a little off.
+    /// Simulated time. A product, because the sum of all `dt` in 32 bits would accumulate rounding errors.
     pub fn time(&self) -> f64 {
         self.steps as f64 * self.dt
     }
 
-    /// Takes up what a step did.
+    /// Adds a step.
     pub fn step(&mut self, step: &StepContacts) {
         if self.steps.is_multiple_of(self.steps_per_tally) {
             self.tallies.push(Tally::default());
@@ -121,7 +121,7 @@ impl Record {
         self.wall_twist += step.wall_twist;
     }
 
-    /// Notes the energies as they are now.
+    /// Adds a sample of the energies.
     pub fn sample(&mut self, now: &Totals) {
         self.samples.push(Sample {
             time: self.time(),
@@ -130,7 +130,7 @@ impl Record {
         });
     }
 
-    /// Change of the total energy in each sample, relative to the kinetic energy at the start.
+    /// Time of each sample, and the change of total energy until then relative to the initial kinetic energy.
     pub fn drifts(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
         let start = self.start.energy();
         self.samples.iter().map(move |sample| {
@@ -139,10 +139,10 @@ impl Record {
         })
     }
 
-    /// The largest drift of all samples, and the last.
+    /// The largest absolute drift of all samples, and the last drift.
     pub fn largest_and_last_drift(&self) -> (f64, f64) {
         let largest = self.drifts().fold(0.0, |largest: f64, (_, drift)| {
-            // Not `max`, which would pass over NaN.
+            // `max` would ignore NaN.
             if drift.abs() <= largest {
                 largest
             } else {
@@ -155,8 +155,7 @@ impl Record {
         )
     }
 
-    /// How much momentum, and angular momentum, came from nowhere: bodies and walls together,
-    /// relative to the scales at the start.
+    /// Errors of momentum and angular momentum of bodies and walls together, relative to the scales at the start.
     pub fn momentum_errors(&self, now: &Totals) -> (f64, f64) {
         let linear = now.momentum + self.wall_impulse - self.start.momentum;
         let angular = now.angular_momentum + self.wall_twist - self.start.angular_momentum;
@@ -167,18 +166,18 @@ impl Record {
         )
     }
 
-    /// Stops the clock.
+    /// Ends the measurement of wall-clock time.
     pub fn finish(&mut self) {
         self.seconds = self.began.elapsed().as_secs_f64();
     }
 
-    /// Steps in a second of the clock on the wall, until [`finish`](Self::finish).
+    /// Steps per second of wall-clock time, up to [`finish`](Self::finish).
     pub fn steps_per_second(&self) -> f64 {
         self.steps as f64 / self.seconds
     }
 }
 
-/// The error itself where nothing moved at the start, and there is no scale.
+/// `error / scale`, or the error itself if nothing moved at the start, so that there is no scale.
 fn relative(error: f64, scale: f64) -> f64 {
     if scale > 0.0 { error / scale } else { error }
 }

@@ -1,4 +1,4 @@
-//! Scenes as they went, for the page of the study.
+//! Recorded scenes for the page of the study.
 
 use rapier3d_fields::prelude::*;
 use rapier3d_fields_scene::page::Replay;
@@ -9,7 +9,7 @@ use crate::single::scenes::ammonia::AmmoniaSettings;
 use crate::single::scenes::level;
 use crate::single::scenes::spheres::SpheresSettings;
 
-/// A scene and how it is told of.
+/// A scene with its description on the page.
 struct Scene {
     name: &'static str,
     description: &'static str,
@@ -19,7 +19,7 @@ struct Scene {
     fields: Fields,
 }
 
-/// The scenes of the page.
+/// Runs and records the scenes of the page.
 ///
 /// # Errors
 /// A scene cannot be built, or a step of it fails.

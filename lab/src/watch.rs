@@ -1,4 +1,4 @@
-//! What a step did to a world, for its [`Record`](crate::record::Record).
+//! Contacts and momentum of a world, for its [`Record`](crate::record::Record).
 
 use super::fields;
 use crate::AnyError;
@@ -7,7 +7,7 @@ use fields::cross_check::CrossCheckReport;
 use fields::math::{DVec3, to_dvec3, to_f64};
 use fields::prelude::*;
 
-/// What contacts did in the last step.
+/// Counts the contacts of the last step, and sums the impulses on the walls (fixed bodies).
 pub fn contacts(fields: &Fields, world: &PhysicsWorld) -> StepContacts {
     let mut step = StepContacts {
         found_by_fields: fields.contacts().len() as u64,
@@ -39,7 +39,7 @@ pub fn momentum_scales(bodies: &RigidBodySet) -> [f64; 2] {
     })
 }
 
-/// Pairs of colliders that overlap, as Rapier found them when its last step began.
+/// Number of overlapping pairs of colliders that Rapier found at the start of its last step.
 fn touching_pairs(world: &PhysicsWorld) -> u64 {
     let touching = world.narrow_phase.contact_pairs().filter(|pair| {
         let mut points = pair.manifolds().iter().flat_map(|m| m.points.iter());
@@ -48,16 +48,16 @@ fn touching_pairs(world: &PhysicsWorld) -> u64 {
     touching.count() as u64
 }
 
-/// Prints what a cross-check found, lengths in a unit.
+/// Prints the report of a cross-check; `length` is the unit of its lengths.
 pub fn print_cross_check(report: &CrossCheckReport, length: &str) {
     print!("{report}");
     println!("  (lengths in {length})");
 }
 
-/// What a program is to end with: an error if the sides of a cross-check disagree.
+/// Makes disagreements of a cross-check an error, with which a program can end.
 ///
 /// # Errors
-/// They do.
+/// Fields and Rapier disagree.
 pub fn cross_check_passed(report: &CrossCheckReport) -> Result<(), AnyError> {
     match (report.disagreed(), &report.first) {
         (0, _) => Ok(()),

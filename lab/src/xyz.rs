@@ -28,8 +28,7 @@ impl Trajectory {
 
     /// Writes one frame. `comment` are further `key=value` pairs for its second line.
     ///
-    /// Positions are counted from the corner of the box, where all readers put the origin of the
-    /// lattice.
+    /// Positions are relative to the lower corner of the box, where all readers put the origin of the lattice.
     pub fn frame(&mut self, comment: &str, atoms: &[(&str, DVec3)]) -> Result<(), AnyError> {
         let [x, y, z] = (2.0 * self.half_extents).to_array();
         writeln!(self.file, "{}", atoms.len())?;
@@ -44,7 +43,7 @@ impl Trajectory {
         Ok(())
     }
 
-    /// Ends the file; what could not be written until then is an error.
+    /// Flushes the file; a failed write is an error.
     pub fn finish(mut self) -> Result<(), AnyError> {
         Ok(self.file.flush()?)
     }

@@ -1,5 +1,5 @@
-//! The plain rival: the loop a Rapier user writes for ammonia. A cell list of atoms, every pair
-//! once (Newton's third law), one pair at a time, buffers kept from step to step.
+//! The plain rival: the loop that a Rapier user writes for ammonia. A cell list of atoms, every pair once (Newton's
+//! third law), one pair at a time, buffers kept from step to step.
 //!
 //! Lennard-Jones acts between nitrogens, Coulomb between all atoms of different molecules; both
 //! end at a cutoff on the distance of the two atoms, with the force shifted to reach zero there.
@@ -9,7 +9,7 @@ use rapier3d_fields::rapier::prelude::{PhysicsWorld, RigidBodyHandle, Vector};
 
 use super::model::{Grid, Interaction, step};
 
-/// An atom where it is now.
+/// An atom at its present position.
 #[derive(Clone, Copy)]
 struct Atom {
     point: Vector,

@@ -1,4 +1,4 @@
-//! The state of a box for LAMMPS, which `benches/lammps.sh` runs on it.
+//! The state of a box as input of LAMMPS, which `benches/lammps.sh` runs.
 
 use std::error::Error;
 use std::fs::File;
@@ -9,8 +9,8 @@ use crate::single::scenes::ammonia::{BoxOfAmmonia, SITES};
 use rapier3d_fields::Fields;
 use rapier3d_fields::math::{DVec3, to_dpose3, to_dvec3};
 
-/// Writes a data file of LAMMPS (`units metal`, `atom_style full`), whose type 1 is nitrogen and type 2
-/// hydrogen; and beside it, ending in `.forces`, the force of `fields` on each molecule, in amu Å/ps².
+/// Writes a data file of LAMMPS (`units metal`, `atom_style full`), in which type 1 is nitrogen and type 2 hydrogen;
+/// and a file of the same name ending in `.forces` with the force of `fields` on each molecule, in amu Å/ps².
 ///
 /// # Errors
 /// A file cannot be written, or the fields are refused.

@@ -1,4 +1,4 @@
-//! Hand-written rivals: the same physics without this crate.
+//! Hand-written implementations of the same physics without this crate, to compare with.
 
 pub mod cell_list;
 

@@ -1,4 +1,4 @@
-//! What both hand-written loops share: the force law, and a cell list.
+//! Shared by both hand-written loops: the force law, and a cell list.
 
 use crate::single::scenes::ammonia::{COULOMB, LJ_EPSILON, LJ_SIGMA, SITES};
 use rapier3d_fields::rapier::prelude::{PhysicsWorld, RigidBodyHandle, Vector};
@@ -31,7 +31,7 @@ pub struct Interaction {
     pub range: f32,
     /// `COULOMB * q_i * q_j`.
     pub coulomb: [Four; 4],
-    /// `1 / cutoff²`: what the shift takes off Coulomb's `1 / r²`.
+    /// `1 / cutoff²`, by which the shift reduces Coulomb's `1 / r²`.
     pub inverse_cutoff_squared: f32,
     /// The Lennard-Jones force is `(a / r^12 - b / r^6) / r`, less its value at the cutoff.
     pub lj_a: f32,
@@ -65,8 +65,8 @@ impl Interaction {
 
 /// Cells over the box, half as wide as the range: neighbours are up to two cells away.
 ///
-/// With cells as wide as the range the search covers more outside the sphere of neighbours, and
-/// takes 4 % longer in the default scene, 20 % in a liquid.
+/// With cells as wide as the range, the search covers more volume outside the sphere of neighbours, and takes 4 %
+/// longer in the default scene, 20 % in a liquid.
 pub struct Grid {
     half_extents: Vector,
     cells_per_length: Vector,
@@ -97,8 +97,8 @@ impl Grid {
         }
     }
 
-    /// The cell of a point. One outside the box goes to the nearest cell, which brings it no
-    /// farther from its neighbours' cells than it is from them.
+    /// The cell of a point; for a point outside the box the nearest cell, which is no farther from its neighbours'
+    /// cells than the point itself.
     fn coordinates(&self, point: Vector) -> [i32; 3] {
         let scaled = ((point + self.half_extents) * self.cells_per_length).to_array();
         std::array::from_fn(|axis| (scaled[axis] as i32).clamp(0, self.size[axis] - 1))

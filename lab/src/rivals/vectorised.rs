@@ -1,9 +1,9 @@
-//! The faster of two rivals: ammonia's forces as an expert would write them for this one model.
+//! The faster of two rivals: the forces of ammonia as an expert would write them for this one model.
 //!
-//! Molecules, not atoms, are sorted into cells and tested for distance; the sixteen pairs of atoms
-//! of two molecules are then done without branches, four at a time, in loops that the compiler
-//! turns into SIMD. The fastest of those measured: a cell list of atoms takes 2.2 to 2.8 times as
-//! long, all pairs of molecules without a list 1.2 times at 216 molecules and 9 times at 8,000.
+//! Molecules, not atoms, are sorted into cells and tested for distance. The sixteen pairs of atoms of two molecules are
+//! computed without branches, four at a time, in loops that the compiler turns into SIMD. This was the fastest variant
+//! measured: a cell list of atoms takes 2.2 to 2.8 times as long, all pairs of molecules without a list 1.2 times at
+//! 216 molecules and 9 times at 8,000.
 
 use crate::single::scenes::ammonia::{BoxOfAmmonia, SITES};
 use rapier3d_fields::rapier::prelude::{PhysicsWorld, RigidBodyHandle, Vector};
@@ -107,8 +107,8 @@ impl Vectorised {
         let range_squared = self.interaction.range * self.interaction.range;
         for i in 0..self.sorted.len() {
             let molecule = self.sorted[i];
-            // Per atom, one term per atom of the neighbours: adding those up only once, at the
-            // end, keeps the pair loop free of sums across lanes.
+            // Per atom, one sum per atom of the neighbours: adding these up at the end keeps the pair loop free of sums
+            // across lanes.
             let mut on_atoms = [AtomForces::default(); 4];
             for neighbors in self.grid.later_neighbors(i, molecule.center) {
                 for j in neighbors {
@@ -147,8 +147,8 @@ impl Vectorised {
 }
 
 impl Interaction {
-    /// Adds the forces that two molecules exert on each other: `on_a[i]` takes what atom `i` of
-    /// `a` feels from each atom of `b`.
+    /// Adds the forces that two molecules exert on each other. `on_a[i]` collects the forces on atom `i` of `a` by each
+    /// atom of `b`.
     ///
     /// Written as a chain of loops over four lanes, without branches, so that each becomes a few
     /// vector instructions.

@@ -1,10 +1,10 @@
-//! Every scheme against every kind of scene, at any ratio of step to swing, damped or not.
+//! The stability map: every scheme on every kind of scene, at twelve values of dt·ω, damped or not.
 
 use super::super::fields;
 use super::{DT, Damping, Fate, Kind, StabilityCell, fate};
 use fields::prelude::*;
 
-/// Every scheme, as the map has them.
+/// The schemes of the map.
 pub const SCHEMES: [Scheme; 8] = [
     Scheme::KickDriftKick,
     Scheme::Kick,
@@ -16,7 +16,7 @@ pub const SCHEMES: [Scheme; 8] = [
     Scheme::Auto { tolerance: 1e-3 },
 ];
 
-/// dt·ω, of the fastest swing there is.
+/// The values of dt·ω, where ω is the fastest rate of a scene.
 pub const TURNS: [f64; 12] = [
     0.03, 0.1, 0.3, 0.9, 1.5, 1.9, 2.1, 3.0, 10.0, 30.0, 100.0, 1000.0,
 ];
@@ -39,7 +39,7 @@ pub fn map(kind: Kind, damping: Damping, scheme: Scheme) -> Vec<StabilityCell> {
 }
 
 impl Fate {
-    /// How a run is told of in the map, see [`StabilityCell::LEGEND`].
+    /// The class of a run in the map, see [`StabilityCell::LEGEND`].
     pub fn class(self, damping: Damping) -> char {
         let lost = damping == Damping::None && self.last < 0.9;
         match self {

@@ -1,6 +1,7 @@
-//! Scenes of known energy that a scheme may blow up, at any ratio of step to swing, and what comes of a run.
+//! Scenes of known energy in which a scheme may be unstable, at any ratio of time step to period, and the outcome of
+//! their runs.
 //!
-//! In each of them nothing adds energy, so what has gained any has it from the scheme.
+//! Nothing in the scenes adds energy: any gain is an error of the scheme.
 
 mod map;
 mod scenes;
@@ -14,49 +15,49 @@ use fields::prelude::*;
 use scenes::*;
 
 pub const DT: f64 = 1.0 / 60.0;
-/// So long a run is: `ExternalForce` doubles the energy of a swing of dt·ω = 0.1 in it.
+/// Steps of a run, in which `ExternalForce` doubles the energy of an oscillation with dt·ω = 0.1.
 pub const STEPS: usize = 200;
-/// What has so many times the energy of the start has exploded.
+/// A run has exploded if its energy exceeds the initial one by this factor.
 pub const EXPLODED: f64 = 2.0;
-/// A run ends here: beyond there is nothing more to learn.
+/// A run ends if its energy exceeds the initial one by this factor.
 const GONE: f64 = 1e12;
 
-/// What swings, turns or slows down at a rate that is given.
+/// A kind of scene that oscillates, rotates or slows down at a given rate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Kind {
-    /// A ball in a spring.
+    /// A ball on a spring.
     Spring,
-    /// A ball that swings slowly along a trough whose walls are stiff.
+    /// A ball that oscillates slowly along a trough with stiff walls.
     Trough,
-    /// A dumbbell that a field turns.
+    /// A dumbbell that a field rotates.
     Rotor,
-    /// Two bodies on a spring that reacts, of this ratio of masses.
+    /// Two bodies of this ratio of masses, joined by a spring field that acts on both.
     Pair(f64),
-    /// Ten bodies in a row on springs that react, every other one so many times as heavy.
+    /// Ten bodies in a row, joined by spring fields that act on both ends; every other one is heavier by this factor.
     Chain(f64),
-    /// A ball to and fro between walls of the penalty law.
+    /// A ball that bounces between walls, by the penalty law.
     PenaltyWalls,
-    /// Two balls that meet, of this ratio of masses.
+    /// Two balls of this ratio of masses that collide, by the penalty law.
     PenaltyPair(f64),
-    /// Five balls squeezed in between two walls.
+    /// Five balls compressed between two walls, by the penalty law.
     PenaltyRow,
-    /// An atom half inside one that stands still.
+    /// An atom at half of the Lennard-Jones σ from a fixed one.
     OverlapFixed,
-    /// Two atoms half inside each other.
+    /// Two atoms at half of the Lennard-Jones σ from each other.
     OverlapPair,
-    /// A planet that falls towards a centre; the rate is that where it is nearest.
+    /// A body on an eccentric orbit, whose rate is that at its pericentre.
     Comet,
     /// A charge in a magnetic field.
     Gyration,
-    /// A charge in a magnetic field and in a spring of the same rate.
+    /// A charge in a magnetic field and on a spring of the same rate.
     Trap,
     /// A ball that linear drag slows down.
     Drag,
-    /// The same of quadratic drag, at the first speed.
+    /// The same with quadratic drag, whose rate is that at the initial speed.
     QuadraticDrag,
     /// A ball on an arm, pulled by a spring.
     Pendulum,
-    /// Two bodies that are joined, in a spring.
+    /// Two bodies with a fixed joint, on a spring.
     Rod,
     /// The pendulum as a multibody.
     Link,
@@ -124,13 +125,13 @@ impl Kind {
     }
 }
 
-/// What takes energy, by the share of the damping that stops a swing from coming back.
+/// Damping, by its ratio to critical damping.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Damping {
     None,
-    /// Rapier's own, of all bodies.
+    /// Rapier's damping of all bodies.
     Rapier(f64),
-    /// A drag; of contacts, that of their law.
+    /// A drag field, or for contacts the damping of their law.
     Field(f64),
 }
 
@@ -143,7 +144,7 @@ impl Damping {
         Damping::Field(5.0),
     ];
 
-    /// The damping of a law of contacts, for bodies of mass one.
+    /// The damping of a contact law, for bodies of mass one.
     fn of_law(self, omega: f64) -> f64 {
         match self {
             Damping::Field(ratio) => 2.0 * ratio * omega,
@@ -152,10 +153,10 @@ impl Damping {
     }
 }
 
-/// The potential energy of what is in a world.
+/// The potential energy of a world.
 type Potential = Box<dyn Fn(&PhysicsWorld) -> f64>;
 
-/// A world with fields, and what energy they give it.
+/// A world with fields, and their potential energy.
 pub struct Scene {
     world: PhysicsWorld,
     tree: Tree,
@@ -206,21 +207,21 @@ impl Scene {
     }
 }
 
-/// What came of a run.
+/// The outcome of a run.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Fate {
-    /// The largest energy as a share of that of the start, and the last.
+    /// The largest and the last energy, relative to the initial one.
     pub most: f64,
     pub last: f64,
-    /// The step at which it had exploded.
+    /// The first step at which it had exploded.
     pub exploded: Option<usize>,
-    /// The first step with a warning that has to do with stability, or that was refused.
+    /// The first step that gave a warning about stability, or that was refused.
     pub told: Option<usize>,
     pub refused: bool,
 }
 
 impl Fate {
-    /// Whether it exploded before anybody was told.
+    /// Whether it exploded before any warning.
     pub fn is_silent(self) -> bool {
         let told = self.told.unwrap_or(usize::MAX);
         self.exploded.is_some_and(|exploded| exploded < told)
@@ -230,7 +231,7 @@ impl Fate {
 /// Runs a scene.
 ///
 /// # Panics
-/// If its fields are not valid, which none of [`Kind::ALL`] is.
+/// If its fields are not valid; those of [`Kind::ALL`] are.
 pub fn fate(mut scene: Scene, scheme: Scheme) -> Fate {
     let builder = Fields::builder(std::mem::take(&mut scene.tree)).scheme(scheme);
     let mut fields = builder.build().expect("a valid tree");
@@ -260,7 +261,7 @@ pub fn fate(mut scene: Scene, scheme: Scheme) -> Fate {
     fate
 }
 
-/// Whether a warning tells of a scheme that does not follow its fields.
+/// Whether a warning is about a scheme that cannot resolve its fields.
 fn tells(warning: &StepWarning) -> bool {
     matches!(
         warning,

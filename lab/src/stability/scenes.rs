@@ -1,4 +1,4 @@
-//! The worlds, by the fastest rate there is in them.
+//! The worlds of the stability map, by their fastest rate.
 
 use super::super::fields;
 use super::{DT, Damping, Scene};
@@ -23,7 +23,7 @@ fn insert(
     let parts = parts.into_iter();
     let parts = parts.map(|part| colliders.insert_with_parent(part, body, bodies));
     let parts = parts.collect();
-    // Rapier would do this in its next step.
+    // Otherwise Rapier does this only in its next step.
     world.bodies[body].recompute_mass_properties_from_colliders(&world.colliders);
     Thing { body, parts }
 }
@@ -47,7 +47,7 @@ fn empty() -> PhysicsWorld {
     world
 }
 
-/// A ball that nothing touches.
+/// A ball without contacts.
 fn ghost(world: &mut PhysicsWorld, mass: f64, place: Vector, linvel: Vector) -> Thing {
     let body = RigidBodyBuilder::dynamic()
         .translation(place)
@@ -85,7 +85,7 @@ pub(super) fn trough(omega: f64) -> Scene {
     })
 }
 
-/// Charges at an arm's length of one from the middle of a body, in a field along x.
+/// Opposite charges at a distance of one from the centre of a body, in a field along x.
 pub(super) fn rotor(omega: f64) -> Scene {
     let mut world = empty();
     let body = RigidBodyBuilder::dynamic()
@@ -110,7 +110,7 @@ pub(super) fn rotor(omega: f64) -> Scene {
     scene
 }
 
-/// How far off the beads of a row are at the start, along it and across.
+/// Initial displacements of the beads of a row, along it and across.
 const OFF: [[f64; 2]; 10] = [
     [0.0, 0.01],
     [0.02, 0.0],
@@ -124,8 +124,8 @@ const OFF: [[f64; 2]; 10] = [
     [0.02, 0.0],
 ];
 
-/// The square of the fastest frequency of balls in a row on springs of stiffness one; `held`: with one
-/// more at either end.
+/// The square of the largest angular frequency of balls in a row on springs of stiffness one; `held` if one more spring
+/// holds either end.
 fn fastest2(masses: &[f64], held: bool) -> f64 {
     let count = masses.len();
     let mut matrix = DMatrix::zeros(count, count);
@@ -142,7 +142,7 @@ fn fastest2(masses: &[f64], held: bool) -> f64 {
     matrix.symmetric_eigenvalues().max()
 }
 
-/// The group of a bead, which meets nothing but springs.
+/// The group of a bead, which interacts with springs only.
 fn group_of_bead(number: usize) -> Group {
     Group::from_bits_truncate(1 << number)
 }
@@ -150,7 +150,7 @@ fn group_of_bead(number: usize) -> Group {
 /// The group of springs.
 const SPRINGS: Group = Group::GROUP_32;
 
-/// A spring from a bead to its neighbours.
+/// A spring field from a bead to its neighbours.
 fn link(bead: RigidBodyHandle, number: usize, stiffness: f64) -> Tree {
     let before = number.checked_sub(1).map_or(Group::NONE, group_of_bead);
     let neighbours = before | group_of_bead(number + 1);
@@ -185,7 +185,7 @@ pub(super) fn chain(omega: f64, masses: &[f64]) -> Scene {
     })
 }
 
-/// A ball that touches what it meets.
+/// A ball with contacts.
 fn ball(world: &mut PhysicsWorld, mass: f64, place: Vector, linvel: Vector) -> Thing {
     let body = RigidBodyBuilder::dynamic()
         .translation(place)
@@ -196,7 +196,7 @@ fn ball(world: &mut PhysicsWorld, mass: f64, place: Vector, linvel: Vector) -> T
     insert(world, body.can_sleep(false), [ball])
 }
 
-/// Walls that face each other along x, at these places.
+/// Inserts walls that face each other, at these positions along x.
 fn walls(world: &mut PhysicsWorld, places: [f64; 2]) {
     for (place, side) in places.into_iter().zip([1.0, -1.0]) {
         let wall = ColliderBuilder::new(SharedShape::halfspace(Vector::X * side));
@@ -205,7 +205,7 @@ fn walls(world: &mut PhysicsWorld, places: [f64; 2]) {
     }
 }
 
-/// Balls in a row that push whatever they overlap.
+/// Balls in a row with contacts by the penalty law.
 fn penalty(
     world: PhysicsWorld,
     balls: Vec<Thing>,
@@ -256,7 +256,8 @@ pub(super) fn penalty_pair(omega: f64, ratio: f64, damping: Damping) -> Scene {
     penalty(world, vec![still, meets], law, None)
 }
 
-/// Each overlaps by 0.02, and is off by a quarter of that at most; energy counts from where they rest.
+/// Neighbours overlap by 0.02; initial displacements are at most a quarter of that. The energy is relative to
+/// equilibrium.
 pub(super) fn penalty_row(omega: f64, damping: Damping) -> Scene {
     let mut world = empty();
     let balls = OFF[..5].iter().enumerate().map(|(number, [along, _])| {
@@ -275,12 +276,12 @@ pub(super) fn penalty_row(omega: f64, damping: Damping) -> Scene {
     scene
 }
 
-/// Of two atoms of size one so far apart, in units of their depth; from the bottom of the well.
+/// The Lennard-Jones energy at distance `r` for σ = 1, in units of ε, relative to the bottom of the well.
 fn repulsion(r: f64) -> f64 {
     4.0 * (r.powi(-12) - r.powi(-6)) + 1.0
 }
 
-/// The second derivative of that at half of the size.
+/// The second derivative of [`repulsion`] at half of σ.
 fn overlap_stiffness() -> f64 {
     let r = 0.5_f64;
     4.0 * (156.0 * r.powi(-14) - 42.0 * r.powi(-8))
@@ -307,7 +308,7 @@ pub(super) fn overlap_pair(omega: f64) -> Scene {
     })
 }
 
-/// From far away on an ellipse of size one, whose nearest point is this far from the centre.
+/// Distance of the pericentre from the centre, on an ellipse of semi-major axis one.
 const NEAREST: f64 = 0.1;
 
 pub(super) fn comet(omega: f64) -> Scene {
@@ -318,7 +319,7 @@ pub(super) fn comet(omega: f64) -> Scene {
     let [start, linvel] = [vector(farthest, 0.0, 0.0), vector(0.0, speed, 0.0)];
     let body = ghost(&mut world, 1.0, start, linvel).body;
     let tree = Field::radial(from_f64(-strength), -2.0);
-    // From the bottom of where it comes.
+    // Relative to the potential at the pericentre.
     Scene::new(world, tree, move |world| {
         strength * (NEAREST.recip() - place(world, body).length().recip())
     })
@@ -360,7 +361,7 @@ pub(super) fn drag(omega: f64, quadratic: bool) -> Scene {
     Scene::new(world, tree, |_| 0.0)
 }
 
-/// On an arm of one, one radian from where the spring pulls it.
+/// A ball on an arm of length one, released one radian from where the spring pulls it.
 pub(super) fn pendulum(omega: f64, multibody: bool) -> Scene {
     let mut world = empty();
     let start = vector(1.0_f64.sin(), 1.0_f64.cos(), 0.0);

@@ -1,31 +1,31 @@
-//! Runs side by side: order of convergence, time at equal error, and what to use.
+//! Comparison of runs: order of convergence, time at equal error, and the method to use.
 
 use super::{Method, Metric, Run};
 
-/// How fast errors fall with the time step: error ~ dt^order.
+/// The order of convergence: error ~ dt^order.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OrderFit {
     /// Slope of log error against log dt, by least squares.
     pub order: f64,
     /// Runs that it was fitted to.
     pub points: usize,
-    /// The smallest error, if errors stop falling there: rounding, not the step.
+    /// The smallest error, if errors stop falling there because of rounding.
     pub floor: Option<f64>,
 }
 
-/// An error that falls by less than this from a step to half of it has stopped falling.
+/// Errors have stopped falling if half the step leaves more than this share.
 const STALLED: f64 = 0.8;
 
-/// Errors within this factor of the floor are not of the step alone.
+/// Errors within this factor of the floor depend on rounding as well as on the step.
 const ABOVE_FLOOR: f64 = 10.0;
 
-/// Errors from here on are too close to the motion itself to show an order.
+/// Errors above this are too close to the size of the motion to show an order.
 const ASYMPTOTIC: f64 = 0.3;
 
 /// Fits the order of convergence to pairs of time step and error.
 ///
-/// Leaves out what says nothing of the order: errors above 0.3 (of a whole), and those within ten
-/// times the floor, where a smaller step no longer helps. Nothing if less than two points remain.
+/// Leaves out errors that do not show the order: those above 0.3 (of a whole), and those within ten times the floor,
+/// where a smaller step no longer helps. `None` if fewer than two points remain.
 pub fn fit_order(points: &[(f64, f64)]) -> Option<OrderFit> {
     let mut points: Vec<(f64, f64)> = points.to_vec();
     points.retain(|(dt, error)| *dt > 0.0 && *error > 0.0 && *error < ASYMPTOTIC);
@@ -55,8 +55,8 @@ pub fn fit_order(points: &[(f64, f64)]) -> Option<OrderFit> {
     })
 }
 
-/// Least time at which an error is kept to, from pairs of time and error by log-log
-/// interpolation; `None` if it never is.
+/// Least time at which the error is at most `error`, by log-log interpolation of pairs of time and error; `None` if it
+/// never is.
 pub fn time_at_error(points: &[(f64, f64)], error: f64) -> Option<f64> {
     let mut points: Vec<(f64, f64)> = points.to_vec();
     points.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
@@ -72,21 +72,21 @@ pub fn time_at_error(points: &[(f64, f64)], error: f64) -> Option<f64> {
     Some(earlier * (time / earlier).powf(share))
 }
 
-/// What the runs of a case say about its methods, in one precision.
+/// Comparison of the methods of a case, in one precision.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Verdict {
     /// The case.
     pub case: String,
     /// The error at which times are compared.
     pub target: f64,
-    /// What it is an error of.
+    /// The metric of the error.
     pub metric: Metric,
     /// Methods that reach the target, and their [cost](Run::cost) there; the fastest first.
     pub reached: Vec<(Method, f64)>,
     /// Methods of which no run reaches the target.
     pub missed: Vec<Method>,
-    /// Methods that another beats in time at every error they reach, and that other: those that are
-    /// not are the Pareto front.
+    /// Methods that another one beats in time at every error they reach, each with that other. All other methods form
+    /// the Pareto front.
     pub dominated: Vec<(Method, Method)>,
 }
 
@@ -122,7 +122,7 @@ pub fn compare(runs: &[Run], case: &str, metric: Metric, target: f64) -> Verdict
         }
     }
     verdict.reached.sort_by(|a, b| a.1.total_cmp(&b.1));
-    // The best first: what it beats need not be said of others.
+    // In order of cost, so that the best of several is the one that is listed.
     let better: Vec<Method> = verdict.reached.iter().map(|(method, _)| *method).collect();
     for &method in &methods {
         let by = better.iter().find(|other| beaten(method, **other));
@@ -145,7 +145,7 @@ impl Verdict {
     }
 }
 
-/// The advice: what to use, and what it saves.
+/// The advice as a sentence: the method to use, and how much it saves.
 impl std::fmt::Display for Verdict {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let (case, error, target) = (&self.case, self.metric.name(), self.target);

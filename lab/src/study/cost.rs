@@ -1,52 +1,52 @@
-//! What runs cost besides their errors: what a scene leaves out, and how many bodies keep pace.
+//! Costs of features that scenes do not use, and numbers of bodies that run in real time.
 
 use serde::{Deserialize, Serialize};
 
-/// What one more thing would cost a scene that does not need it.
+/// The cost of a feature in a scene that does not need it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Ablation {
     /// Bits of the numbers.
     pub precision: u32,
     /// Name of the case.
     pub case: String,
-    /// What was switched on.
+    /// The feature that was switched on.
     pub switch: String,
-    /// Pairs of runs on the clock, with and without.
+    /// Number of pairs of timed runs, with the feature and without.
     pub rounds: usize,
-    /// Seconds of a step without, median.
+    /// Median time of a step without the feature, s.
     pub step: f64,
-    /// Time with over time without, of each pair: a quarter are less, half, three quarters.
+    /// Lower quartile, median and upper quartile of time with over time without, per pair.
     pub ratios: [f64; 3],
-    /// The farthest that a body ends from where it ends without, as a share of the farthest way.
+    /// Largest distance between ends of a body with and without, relative to the largest displacement.
     pub change: f64,
 }
 
-/// How many bodies a scene may have for a step to take no longer than a frame.
+/// The number of bodies with which a step of a scene still takes at most a frame.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Ceiling {
     /// Bits of the numbers.
     pub precision: u32,
-    /// What is simulated, and by whom.
+    /// The scene, and whether fields or Rapier alone simulate it.
     pub scene: String,
-    /// The largest number that kept pace.
+    /// The largest number of bodies with which a step took at most a frame.
     pub count: usize,
-    /// Its median step, seconds.
+    /// Its median time of a step, s.
     pub step: f64,
-    /// The smallest number that did not, and its median step, if there is one.
+    /// The smallest number with which a step took longer, and its median time, if there is one.
     pub beyond: Option<Paced>,
-    /// Seconds of a frame.
+    /// Time of a frame, s.
     pub frame: f64,
-    /// Seconds on the clock that steps of a probe may take.
+    /// Wall-clock time after which a probe ends, s.
     pub limit: f64,
 }
 
-/// A number of bodies, and the median of their step in seconds.
+/// A number of bodies, and the median time of their step, s.
 pub type Paced = (usize, f64);
 
 impl Ceiling {
-    /// The largest count whose step, as `probe` measures it, takes no longer than a frame: by doubling
-    /// from `least`, then by bisection until the two ends are within a tenth; nothing if not even the
-    /// least does. No more than `most` bodies are tried.
+    /// The largest count with which a step, by `probe`, takes at most a frame: by doubling from `least`, then by
+    /// bisection until the two ends are within a tenth. `None` if even `least` takes longer. Counts above `most` are
+    /// not tried.
     pub fn find(
         (least, most): (usize, usize),
         frame: f64,

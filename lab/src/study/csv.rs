@@ -1,4 +1,4 @@
-//! Runs as text: a table to read, and a file to keep.
+//! Runs as text: a readable table, and a CSV file.
 
 use std::fmt::Write;
 
@@ -8,14 +8,14 @@ use super::{Measured, Method, Metric, Row, Run, StudyError, Table, Timing, fit_o
 const COLUMNS: &str = "case,method,precision,dt,steps,simulated,evaluations,warned,metric,error,\
                        repeats,seconds_median,seconds_min,seconds_q1,seconds_q3";
 
-/// The runs as a table of comma-separated values, one line per run and metric, every number to
-/// its last bit. Columns from `repeats` on depend on the machine, the others do not.
+/// The runs as a table of comma-separated values, one line per run and metric, with numbers that read back exactly.
+/// Columns from `repeats` on depend on the machine, the others do not.
 pub fn to_csv(runs: &[Run]) -> String {
     let mut text = "# Errors, metric = definition:\n".to_owned();
     for metric in Metric::ALL {
         let measured = |run: &Run| run.error(metric).is_some();
         if runs.iter().any(measured) {
-            // A line in a string never fails to be written.
+            // Writing to a `String` cannot fail.
             let _ = writeln!(text, "# {} = {}", metric.name(), metric.definition());
         }
     }
@@ -51,10 +51,10 @@ fn csv_line(run: &Run, error: &Measured) -> String {
     cells.join(",") + "\n"
 }
 
-/// Reads what [`to_csv`] wrote.
+/// Reads runs that [`to_csv`] wrote.
 ///
 /// # Errors
-/// A column is not there, or a cell cannot be read.
+/// A column is missing, or a cell cannot be read.
 pub fn from_csv(text: &str) -> Result<Vec<Run>, StudyError> {
     let mut runs: Vec<Run> = Vec::new();
     for row in Table::parse(text)?.rows() {
@@ -72,7 +72,7 @@ pub fn from_csv(text: &str) -> Result<Vec<Run>, StudyError> {
     Ok(runs)
 }
 
-/// Whether two lines are of one run.
+/// Whether two lines belong to one run.
 fn same(a: &Run, b: &Run) -> bool {
     (&a.case, a.method, a.precision, a.dt) == (&b.case, b.method, b.precision, b.dt)
 }
@@ -104,8 +104,8 @@ fn read(row: &Row<'_>) -> Result<(Run, Measured), StudyError> {
     Ok((run, error))
 }
 
-/// The runs as text to read: for each method of each case the errors and the cost (µs per unit of
-/// simulated time) at each time step, and the order of convergence of the first error.
+/// The runs as readable text: for each method of each case the errors and the cost (µs per unit of simulated time) at
+/// each time step, and the order of convergence of the first error.
 pub fn to_table(runs: &[Run]) -> String {
     let mut text = String::new();
     let of_one =
@@ -121,7 +121,7 @@ pub fn to_table(runs: &[Run]) -> String {
             format!("order {:.2}{}", fit.order, floor.unwrap_or_default())
         });
         let (case, method, bits) = (&first.case, first.method.name(), first.precision);
-        // A line in a string never fails to be written.
+        // Writing to a `String` cannot fail.
         let _ = writeln!(text, "{case}, {method}, f{bits}: {order}");
         let _ = write!(text, "{:>11} {:>8} {:>8}", "dt", "steps", "forces");
         for error in &first.errors {

@@ -1,4 +1,4 @@
-//! What methods cost at equal error, as a table in Markdown.
+//! The costs of methods at equal error, as a Markdown table.
 
 use super::{Method, Report, Scene, Verdict, compare};
 
@@ -7,8 +7,8 @@ const HEAD: &str = "| scene | error | `add_force` | half kicks by hand | `KickDr
                     |---|---|---|---|---|---|\n";
 
 impl Report {
-    /// A line for each of some scenes, by the first of its views, in one precision: µs per unit of simulated
-    /// time that methods take to keep the error. All scenes if none is named; those without runs are left out.
+    /// A line for each of the scenes `names`, or for all if none is named, in one precision: the costs of methods at
+    /// the error of the scene's first view, µs per unit of simulated time. Scenes without runs are left out.
     pub fn equal_error_table(&self, precision: u32, names: &[&str]) -> String {
         let wanted = |scene: &&Scene| names.is_empty() || names.contains(&scene.name.as_str());
         let scenes = self.scenes.iter().filter(wanted);
@@ -46,7 +46,7 @@ fn cost(verdict: &Verdict, method: Method) -> String {
     verdict.cost(method).map_or("–".to_owned(), rounded)
 }
 
-/// To two digits.
+/// A cost to two significant digits.
 fn rounded(cost: f64) -> String {
     let tens = cost.log10().floor() as i32 - 1;
     match u32::try_from(tens) {

@@ -1,6 +1,6 @@
-//! Why a study could not be made.
+//! The errors of a study.
 
-/// Why a study could not be made. A step that fails is no such reason: it makes a run that
+/// The reason why a study is impossible. A step that fails is no such error: its run has
 /// [diverged](super::Run::diverged).
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -26,7 +26,7 @@ pub enum StudyError {
     /// A table lacks a line or a column.
     #[error("the table has no {what}")]
     Missing {
-        /// What is not there.
+        /// The missing part.
         what: String,
     },
     /// A cell that cannot be read.
@@ -36,12 +36,12 @@ pub enum StudyError {
         line: usize,
         /// The name of the column.
         column: String,
-        /// What it says.
+        /// Its content.
         cell: String,
-        /// What it should be.
+        /// The expected kind of content.
         expected: &'static str,
     },
-    /// The fields of a case, or what they are told of its colliders, were not accepted.
+    /// The fields of a case, or the properties of its colliders, were not accepted.
     #[error("{0}")]
     Fields(String),
 }

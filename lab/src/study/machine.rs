@@ -1,26 +1,26 @@
-//! What times were measured on.
+//! The machine of a measurement.
 
 use std::process::Command;
 
 use serde::Serialize;
 
-/// What times were measured on, and by which version.
+/// The machine and the version of a measurement.
 #[derive(Clone, Debug, Serialize)]
 pub struct Machine {
     /// The processor, as it calls itself.
     pub processor: String,
-    /// How many threads it runs at a time. Runs use one.
+    /// Number of hardware threads. Runs use one.
     pub threads: usize,
     /// Operating system and instruction set.
     pub system: String,
-    /// Version of these packages, which is in step with Rapier's.
+    /// Version of these packages; the minor version is Rapier's.
     pub version: &'static str,
-    /// The commit, if it was run in a repository.
+    /// The commit, if the measurement was made in a repository.
     pub commit: String,
 }
 
 impl Machine {
-    /// This one.
+    /// The present machine.
     pub fn here() -> Self {
         let processor = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
         let model = processor.lines().find_map(|line| {
@@ -37,7 +37,7 @@ impl Machine {
         }
     }
 
-    /// In one line.
+    /// The description in one line.
     pub fn line(&self) -> String {
         format!(
             "{}, {} threads of which one was used, {}, version {}, commit {}",

@@ -1,14 +1,14 @@
-//! Who moves a world, and how.
+//! The methods of a study.
 
 /// A way to move a world with forces or contacts in it.
 ///
-/// Rapier steps at its defaults, of four solver iterations, unless the name says otherwise.
+/// Rapier has its defaults, among them four solver iterations, unless the name says otherwise.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[non_exhaustive]
 pub enum Method {
     /// `Scheme::KickDriftKick`, the default.
     KickDriftKick,
-    /// The same with one of Rapier's solver iterations: what moves freely needs no more.
+    /// The same with one of Rapier's solver iterations, which suffices for bodies that move freely.
     KickDriftKickOnce,
     /// `Scheme::Kick`.
     Kick,
@@ -24,17 +24,16 @@ pub enum Method {
     Auto,
     /// `Scheme::Auto` with a tolerance of 1e-4.
     AutoTight,
-    /// What one writes without this crate: `reset_forces`, `add_force` and `add_torque` once per
-    /// step, with a force worked out by hand.
+    /// Without this crate: `reset_forces`, `add_force` and `add_torque` once per step, with a force computed by hand.
     AddForce,
     /// The same with one solver iteration, which makes it the symplectic Euler scheme.
     AddForceOnce,
-    /// Half a kick by `apply_impulse` before Rapier's step and half after, by hand, with one solver
+    /// Without this crate: half a kick by `apply_impulse` before Rapier's step and half after it, with one solver
     /// iteration.
     KicksByHand,
     /// Fields answer the contacts they find at the end of a step.
     FieldsDiscrete,
-    /// Fields answer the contacts they find along the way.
+    /// Fields answer the contacts they find along the motion within a step.
     FieldsSwept,
     /// Fields answer by the law of the paper, read literally.
     PaperLaw,
@@ -71,7 +70,7 @@ impl Method {
         RapierSoftCcd,
     ];
 
-    /// The methods that carry forces.
+    /// The methods for forces.
     pub const FORCES: [Method; 12] = [
         KickDriftKick,
         KickDriftKickOnce,
@@ -87,7 +86,7 @@ impl Method {
         KicksByHand,
     ];
 
-    /// The methods that answer contacts.
+    /// The methods for contacts.
     pub const CONTACTS: [Method; 6] = [
         FieldsDiscrete,
         FieldsSwept,
@@ -126,7 +125,7 @@ impl Method {
         Self::ALL.into_iter().find(|method| method.name() == name)
     }
 
-    /// Whether it is this crate's; else it is what one does without.
+    /// Whether it uses this crate.
     pub fn is_ours(self) -> bool {
         !matches!(
             self,

@@ -1,60 +1,61 @@
-//! What errors are errors of.
+//! The metrics of errors.
 
-/// What an error is an error of. Chaotic scenes are not judged by where their bodies end.
+/// The quantity of an error. [`definition`](Self::definition) gives the formula. Chaotic scenes do not use final
+/// positions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[non_exhaustive]
 pub enum Metric {
-    /// Of positions and velocities at the end.
+    /// Error of positions and velocities at the end.
     FinalState,
-    /// Of attitudes at the end.
+    /// Error of attitudes at the end.
     Attitude,
-    /// Of the energy, at its worst.
+    /// Largest error of the energy.
     Energy,
-    /// Of the positions of atoms at the end.
+    /// Error of the positions of atoms at the end.
     AtomPosition,
-    /// Of the velocities after an impact: half of the pairs are better.
+    /// Error of the velocities after an impact: median of the pairs.
     Velocity,
-    /// Of the velocities after an impact: 95 % of the pairs are better.
+    /// Error of the velocities after an impact: 95th percentile of the pairs.
     Velocity95,
-    /// Of the velocities after an impact: the worst pair.
+    /// Error of the velocities after an impact: largest of the pairs.
     VelocityWorst,
-    /// Of the time of an impact: half of the pairs are better.
+    /// Error of the time of an impact: median of the pairs.
     ContactTime,
     /// Share of impacts that were not answered.
     Missed,
     /// Share of the events of the exact run that are not reproduced in order.
     EventOrder,
-    /// Of the height of a bounce, at its worst.
+    /// Largest error of the height of a bounce.
     Apex,
-    /// How deep what rests lies in what it rests on.
+    /// Depth of overlap between bodies at rest.
     Overlap,
-    /// How far what rests has moved.
+    /// Distance by which a resting body has moved.
     Slip,
     /// Share of near misses that were answered.
     Invented,
-    /// Of the number of collisions.
+    /// Error of the number of collisions.
     Count,
-    /// How often two collide.
+    /// Error of the rate of collisions between two bodies.
     CollisionRate,
-    /// How far the speeds are from those of an ideal gas.
+    /// Distance of the distribution of speeds from the exact one.
     Speeds,
-    /// How fast the energy drifts.
+    /// Rate of the drift of energy.
     EnergyDrift,
-    /// Of the angular momentum.
+    /// Error of the angular momentum.
     AngularMomentum,
-    /// Of the temperature.
+    /// Error of the temperature.
     Temperature,
-    /// How unequally motion and rotation share the energy.
+    /// Error of the ratio of the energies of translation and rotation.
     Equipartition,
-    /// Of the distribution of distances.
+    /// Error of the distribution of distances.
     PairDistances,
-    /// How fast what should rest still moves.
+    /// Speed of bodies that should rest.
     Unrest,
-    /// When a heap has come to rest.
+    /// Time at which a heap has come to rest.
     Settling,
-    /// Of positions at the end, against the scene's own converged run.
+    /// Error of positions at the end, relative to the scene's own converged run.
     OwnPosition,
-    /// Of attitudes at the end, against the scene's own converged run.
+    /// Error of attitudes at the end, relative to the scene's own converged run.
     OwnAttitude,
 }
 
@@ -128,7 +129,7 @@ impl Metric {
         Self::ALL.into_iter().find(|metric| metric.name() == name)
     }
 
-    /// The unit; 1 if it is a ratio.
+    /// The unit; `1` for a ratio.
     pub fn unit(self) -> &'static str {
         match self {
             Attitude | OwnAttitude => "rad",
@@ -141,7 +142,7 @@ impl Metric {
         }
     }
 
-    /// How the error is worked out and what it is divided by.
+    /// How the error is computed, and by what it is divided.
     pub fn definition(self) -> &'static str {
         match self {
             FinalState => {
@@ -215,7 +216,7 @@ impl Metric {
         }
     }
 
-    /// Why scenes are judged by it.
+    /// Why scenes are compared by it.
     pub fn reason(self) -> &'static str {
         match self {
             FinalState | Attitude | AtomPosition => {

@@ -1,9 +1,8 @@
-//! Error against run time: what accuracy a method gives for the time it takes.
+//! Error against run time: the accuracy of a method for the time it takes.
 //!
-//! A case (`single::cases`, `double::cases`) is a small world of known outcome; a [`Method`] moves
-//! it in steps of some length; a [`Run`] says how far off it ended and how long it took.
-//! [`compare()`] sets the runs of different methods side by side, at equal error: speed at unequal
-//! errors says nothing. Runs that came to nothing are kept, and [say so](Run::diverged).
+//! A case (`single::cases`, `double::cases`) is a small world of known outcome. A [`Method`] moves it at some time
+//! step, and a [`Run`] holds the errors and the time. [`compare()`] compares runs of different methods at equal error,
+//! as speeds at unequal errors are not comparable. Runs that [diverged](Run::diverged) are kept.
 //!
 //! ```
 //! use rapier3d_fields_lab::single::cases::{Case, spring};

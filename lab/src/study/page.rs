@@ -1,4 +1,4 @@
-//! One page for people: everything in it, nothing fetched.
+//! The report as one HTML page without external files.
 
 use rapier3d_fields_scene::page::{self, Replay};
 
@@ -9,7 +9,7 @@ const STYLE: &str = include_str!("page/style.css");
 const CHARTS: &str = include_str!("page/charts.js");
 
 impl Report {
-    /// The report as a page of its own, light or dark as the reader has it, with scenes to replay (see
+    /// The report as one HTML page, light or dark by the reader's preference, with scenes to replay (see
     /// [`crate::replay`]).
     ///
     /// # Errors

@@ -1,4 +1,4 @@
-//! Runs of many cases, and what follows from them.
+//! Runs of many cases, and the advice that follows from them.
 
 use serde::Serialize;
 
@@ -7,16 +7,16 @@ use super::{
     to_csv,
 };
 
-/// What a reader needs to know of a case.
+/// The description of a case for the reader of a report.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Scene {
     /// The name in tables and files.
     pub name: String,
-    /// A sentence on what moves, and on what the reference is.
+    /// One sentence on the motion and the reference it is compared with.
     pub description: String,
     /// The unit of simulated time.
     pub time_unit: String,
-    /// What to compare by, and at which error.
+    /// Metrics by which methods are compared, each with the error at which their costs are compared.
     #[serde(skip)]
     pub views: Vec<(Metric, f64)>,
 }
@@ -24,28 +24,28 @@ pub struct Scene {
 /// All runs of a study.
 #[derive(Clone, Debug)]
 pub struct Report {
-    /// What times were measured on.
+    /// The machine on which times were measured.
     pub machine: Machine,
-    /// The cases, in the order in which they are told of.
+    /// The cases, in the order of the report.
     pub scenes: Vec<Scene>,
     /// The runs.
     pub runs: Vec<Run>,
     /// Cells of the stability map.
     pub cells: Vec<StabilityCell>,
-    /// What cases leave out.
+    /// Costs of features that cases do not need.
     pub ablations: Vec<Ablation>,
-    /// How many bodies keep pace.
+    /// Numbers of bodies that run in real time.
     pub ceilings: Vec<Ceiling>,
 }
 
-/// What to use for a case, at one error, in one precision.
+/// The method to use for a case, at one error, in one precision.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Advice {
     /// Name of the case.
     pub case: String,
     /// Bits of the numbers.
     pub precision: u32,
-    /// What the error is of.
+    /// The metric of the error.
     pub metric: &'static str,
     /// The error.
     pub target: f64,
@@ -53,14 +53,14 @@ pub struct Advice {
     pub ours: Option<(&'static str, f64)>,
     /// The fastest method without this crate.
     pub theirs: Option<(&'static str, f64)>,
-    /// The same as a sentence, with all methods.
+    /// The advice as a sentence, with all methods.
     pub sentence: String,
     /// Methods that no other beats at every error.
     pub front: Vec<&'static str>,
 }
 
 impl Report {
-    /// The verdicts on all cases, by each of their views, in each precision there is.
+    /// The verdicts on all cases, for each of their views and each precision of the runs.
     fn verdicts(&self) -> impl Iterator<Item = (u32, Verdict)> {
         let mut precisions: Vec<u32> = self.runs.iter().map(|run| run.precision).collect();
         precisions.sort_unstable();
@@ -86,7 +86,7 @@ impl Report {
             .filter(move |run| run.precision == precision)
     }
 
-    /// What to use, case by case.
+    /// The advice for each case.
     pub fn advice(&self) -> Vec<Advice> {
         let advice = self.verdicts().map(|(precision, verdict)| {
             let named = |best: Option<(Method, f64)>| best.map(|(it, cost)| (it.name(), cost));
@@ -106,8 +106,8 @@ impl Report {
         advice.collect()
     }
 
-    /// The cost of a method over that of another, over all views which both reach: how many those are,
-    /// the least, the median and the most of the ratios. Nothing if there is none.
+    /// The cost of a method over that of another, over all views that both reach: the number of these views, and the
+    /// smallest, median and largest ratio. `None` if there are no such views.
     pub fn against(
         &self,
         precision: u32,
@@ -123,7 +123,7 @@ impl Report {
         Some((ratios.len(), [ratios[0], *middle, ratios[ratios.len() - 1]]))
     }
 
-    /// What to use over all cases of a precision, in a few sentences.
+    /// The advice over all cases of a precision, in a few sentences.
     pub fn overall(&self, precision: u32) -> Vec<String> {
         let rivals = [Method::AddForce, Method::AddForceOnce, Method::KicksByHand];
         let sentence = |rival: Method| {
@@ -146,7 +146,7 @@ impl Report {
         sentences
     }
 
-    /// Which methods are the fastest how often.
+    /// A sentence on how often each method is the fastest.
     fn winners(&self, precision: u32) -> Option<String> {
         let mut wins: Vec<(Method, usize)> = Vec::new();
         for (_, verdict) in self.verdicts().filter(|it| it.0 == precision) {
@@ -166,8 +166,8 @@ impl Report {
         (!told.is_empty()).then(|| format!("f{precision}: the fastest is {}.", told.join(", ")))
     }
 
-    /// For each scheme of the stability map the largest dt·ω at which it is stable in every kind of scene
-    /// that was tried, undamped.
+    /// For each scheme of the stability map, the largest dt·ω up to which it is stable in every kind of scene without
+    /// damping.
     pub fn safe_turns(&self) -> Vec<(String, Option<f64>)> {
         let mut schemes: Vec<&String> = Vec::new();
         for cell in &self.cells {
@@ -188,7 +188,7 @@ impl Report {
         format!("# machine: {}\n{}", self.machine.line(), to_csv(&self.runs))
     }
 
-    /// All of it as plain data.
+    /// The whole report as JSON.
     pub fn json(&self) -> serde_json::Value {
         let run = |run: &Run| {
             let errors = run.errors.iter().map(|it| {

@@ -1,24 +1,24 @@
-//! What came of a case, moved by one method at one time step.
+//! The result of a case, moved by one method at one time step.
 
 use super::{Method, Metric};
 
-/// Times of repeated runs on the clock, seconds, on one thread.
+/// Wall-clock times of repeated runs on one thread, s.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Timing {
-    /// How many runs there were.
+    /// Number of runs.
     pub repeats: u32,
-    /// Half of the runs were faster.
+    /// Median.
     pub median: f64,
     /// The fastest run.
     pub min: f64,
-    /// A quarter of the runs were faster.
+    /// Lower quartile: a quarter of the runs were faster.
     pub lower_quartile: f64,
-    /// Three quarters of the runs were faster.
+    /// Upper quartile: three quarters of the runs were faster.
     pub upper_quartile: f64,
 }
 
 impl Timing {
-    /// The times of some runs, interpolated linearly between two; all zero if there are none.
+    /// Computes the quantiles of the times of runs by linear interpolation; all are zero without runs.
     pub fn of(mut seconds: Vec<f64>) -> Self {
         seconds.sort_unstable_by(f64::total_cmp);
         Timing {
@@ -30,7 +30,7 @@ impl Timing {
         }
     }
 
-    /// The middle half of the runs, as a share of the median.
+    /// The distance between the quartiles, relative to the median.
     pub fn spread(&self) -> f64 {
         (self.upper_quartile - self.lower_quartile) / self.median
     }
@@ -43,7 +43,7 @@ pub fn quantile(sorted: &[f64], share: f64) -> f64 {
     };
     let place = share * last as f64;
     let (below, above) = (sorted[place as usize], sorted[place.ceil() as usize]);
-    // Of two infinities, or when it is the value itself, there is nothing to interpolate.
+    // Interpolation between two infinities would give NaN.
     if below == above || place.fract() == 0.0 {
         below
     } else {
@@ -51,29 +51,29 @@ pub fn quantile(sorted: &[f64], share: f64) -> f64 {
     }
 }
 
-/// An error that was measured; infinite if the run ended in what is not a number.
+/// A measured error; infinite if the run ended in NaN.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Measured {
-    /// What it is an error of.
+    /// The metric of the error.
     pub metric: Metric,
-    /// How large it is, as the metric [defines](Metric::definition) it.
+    /// The value, by the [definition](Metric::definition) of the metric.
     pub value: f64,
 }
 
 impl Measured {
-    /// Infinite, if it is not a number.
+    /// An error; NaN becomes infinity.
     pub fn new(metric: Metric, value: f64) -> Self {
         let value = if value.is_nan() { f64::INFINITY } else { value };
         Measured { metric, value }
     }
 }
 
-/// One case, moved by one method at one time step: how wrong and how slow it was.
+/// A case, moved by one method at one time step, with its errors and times.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Run {
     /// Name of the case.
     pub case: String,
-    /// How it was moved.
+    /// The method that moved it.
     pub method: Method,
     /// Bits of the numbers of the world.
     pub precision: u32,
@@ -85,28 +85,28 @@ pub struct Run {
     pub simulated: f64,
     /// Evaluations of the fields on all bodies, counted in a run of its own.
     pub evaluations: u64,
-    /// Steps of which the crate warned.
+    /// Number of steps that gave a warning.
     pub warned: u64,
-    /// The errors; the first is the one to compare by.
+    /// The errors; methods are compared by the first.
     pub errors: Vec<Measured>,
-    /// Time on the clock for all steps, without setting up.
+    /// Wall-clock time of all steps, without setting up.
     pub timing: Timing,
 }
 
 impl Run {
-    /// The error by a metric, if the case has it.
+    /// The error by a metric, if the run has it.
     pub fn error(&self, metric: Metric) -> Option<f64> {
         let measured = self.errors.iter().find(|error| error.metric == metric);
         measured.map(|error| error.value)
     }
 
-    /// Median time on the clock per unit of simulated time, µs.
+    /// Median wall-clock time per unit of simulated time, µs.
     pub fn cost(&self) -> f64 {
         1e6 * self.timing.median / self.simulated
     }
 
-    /// Whether the run came to nothing: its first error is as large as the motion itself (the
-    /// length of the scene, an ångström, the largest speed) or not a number.
+    /// Whether the first error is as large as the motion itself (the length of the scene, an ångström, the largest
+    /// speed), or infinite.
     pub fn diverged(&self) -> bool {
         !self.errors.first().is_some_and(|error| error.value < 1.0)
     }

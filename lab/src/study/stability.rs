@@ -1,4 +1,4 @@
-//! Where schemes are stable.
+//! Cells of the stability map.
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
@@ -7,22 +7,22 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 pub struct StabilityCell {
     /// Bits of the numbers.
     pub precision: u32,
-    /// What swings, turns or slows down.
+    /// The kind of scene.
     pub kind: String,
-    /// What takes energy.
+    /// The damping.
     pub damping: String,
-    /// Who moves it.
+    /// The scheme that moves it.
     pub scheme: String,
-    /// The time step times the fastest rate there is.
+    /// The time step times the fastest rate of the scene.
     pub turn: f64,
-    /// One of the [legend](Self::LEGEND).
+    /// A character of the [legend](Self::LEGEND).
     pub class: char,
-    /// The largest energy, as a share of the first.
+    /// The largest energy, relative to the initial one.
     #[serde(serialize_with = "finite", deserialize_with = "or_infinite")]
     pub most: f64,
 }
 
-/// JSON knows no infinity.
+/// Replaces infinity by null, as JSON has no infinity.
 fn finite<S: Serializer>(value: &f64, to: S) -> Result<S::Ok, S::Error> {
     value.is_finite().then_some(*value).serialize(to)
 }
@@ -33,7 +33,7 @@ fn or_infinite<'a, D: Deserializer<'a>>(from: D) -> Result<f64, D::Error> {
 }
 
 impl StabilityCell {
-    /// What the classes mean.
+    /// The meaning of the classes.
     pub const LEGEND: [(char, &str); 7] = [
         ('.', "stable"),
         ('~', "drifting: gains more than a tenth, and less than all"),
@@ -45,7 +45,7 @@ impl StabilityCell {
     ];
 }
 
-/// The largest dt·ω up to which a scheme is stable in all cells of some rows; nothing if it never is.
+/// The largest dt·ω up to which all of `cells` are stable; `None` if there is none.
 pub fn safe_turn<'a>(cells: impl Iterator<Item = &'a StabilityCell>) -> Option<f64> {
     let (mut stable, mut first_bad) = (Vec::new(), f64::INFINITY);
     for cell in cells {

@@ -1,4 +1,4 @@
-//! Results on disk, one file for each part of a study: complete, or not there.
+//! Results on disk, in one file per job of a study, which is complete or does not exist.
 
 use std::fmt;
 use std::fs;
@@ -8,38 +8,38 @@ use std::path::{Path, PathBuf};
 use super::{Ablation, Ceiling, Run, StabilityCell, from_csv, to_csv};
 use crate::AnyError;
 
-/// What is studied as a whole, in one precision.
+/// A part of a study that is run and stored as a whole, in one precision.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Job {
     /// Bits of the numbers: 32 or 64.
     pub precision: u32,
-    /// What it is.
+    /// The content of the job.
     pub work: Work,
 }
 
-/// What is studied as a whole.
+/// The content of a job.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Work {
-    /// The case of that name.
+    /// The runs of the case of that name.
     Case(String),
     /// The stability map of a kind of scene.
     Stability(String),
-    /// What the case of that name leaves out.
+    /// The costs of features that the case of that name does not need.
     LeaveOut(String),
-    /// How many bodies of a scene keep pace.
+    /// The number of bodies of a scene that run in real time.
     RealTime(String),
 }
 
-/// What came of it.
+/// The results of jobs.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Outcome {
     /// Runs of cases.
     pub runs: Vec<Run>,
     /// Cells of the stability map.
     pub cells: Vec<StabilityCell>,
-    /// What cases leave out.
+    /// Costs of features that cases do not need.
     pub ablations: Vec<Ablation>,
-    /// How many bodies keep pace.
+    /// Numbers of bodies that run in real time.
     pub ceilings: Vec<Ceiling>,
 }
 
@@ -54,12 +54,12 @@ impl fmt::Display for Job {
     }
 }
 
-/// The i-th of n parts of some jobs.
+/// The i-th of n parts of a list of jobs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shard {
-    /// From 1 on.
+    /// The number of the part, counted from 1.
     pub number: usize,
-    /// How many there are.
+    /// The number of parts.
     pub of: usize,
 }
 
@@ -67,7 +67,7 @@ impl Shard {
     /// All jobs.
     pub const WHOLE: Shard = Shard { number: 1, of: 1 };
 
-    /// Those of the jobs that are its own.
+    /// The jobs of this part.
     pub fn share(self, jobs: Vec<Job>) -> Vec<Job> {
         let own = |place: &usize| place % self.of == self.number - 1;
         let jobs = jobs.into_iter().enumerate();
@@ -90,7 +90,7 @@ impl std::str::FromStr for Shard {
     }
 }
 
-/// A folder of results. What is there was made by the same plan.
+/// A folder of results of one plan.
 #[derive(Clone, Debug)]
 pub struct Store {
     folder: PathBuf,
@@ -98,7 +98,7 @@ pub struct Store {
 }
 
 impl Store {
-    /// The results in a folder that were made by a plan, told in a line: those by another are none.
+    /// The results in a folder by `plan`, a description in one line. Results of other plans are ignored.
     pub fn new(folder: impl Into<PathBuf>, plan: impl Into<String>) -> Self {
         Store {
             folder: folder.into(),
@@ -117,7 +117,7 @@ impl Store {
         format!("# plan: {}\n", self.plan)
     }
 
-    /// What came of a job, if it is complete.
+    /// The results of a job, if it is complete.
     ///
     /// # Errors
     /// The file cannot be read.
@@ -145,7 +145,7 @@ impl Store {
         Ok(Some(outcome))
     }
 
-    /// Keeps what came of a job. The file is there as a whole or not at all, whenever this is stopped.
+    /// Saves the results of a job. If this is interrupted, the file is complete or does not exist.
     ///
     /// # Errors
     /// The file cannot be written.
@@ -166,7 +166,7 @@ impl Store {
         write(&unfinished).map_err(|error| format!("{}: {error}", path.display()).into())
     }
 
-    /// What came of all jobs; or those that are not complete.
+    /// The results of all jobs, or the jobs that are not complete.
     ///
     /// # Errors
     /// A file cannot be read.

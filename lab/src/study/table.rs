@@ -48,7 +48,7 @@ impl<'a> Table<'a> {
     }
 }
 
-/// A row of a [`Table`], its cells by the names of their columns.
+/// A row of a [`Table`], with cells by the names of their columns.
 #[derive(Clone, Copy, Debug)]
 pub struct Row<'a> {
     names: &'a [&'a str],
@@ -69,10 +69,10 @@ impl<'a> Row<'a> {
         })
     }
 
-    /// The cell in a column, read as something; `expected` says what, for the message.
+    /// The cell in a column, parsed by `read`; `expected` names its kind in the error.
     ///
     /// # Errors
-    /// There is no such column, or its cell is no such thing.
+    /// There is no such column, or `read` rejects its cell.
     pub fn read<T>(
         &self,
         column: &str,
@@ -91,7 +91,7 @@ impl<'a> Row<'a> {
     /// The number in a column.
     ///
     /// # Errors
-    /// There is no such column, or its cell is no number.
+    /// There is no such column, or its cell is not a number.
     pub fn number(&self, column: &str) -> Result<f64, StudyError> {
         self.read(column, "number", |cell| cell.parse().ok())
     }
@@ -99,7 +99,7 @@ impl<'a> Row<'a> {
     /// The three numbers in the columns `prefix`, then x, y or z, then `suffix`.
     ///
     /// # Errors
-    /// There is no such column, or a cell is no number.
+    /// There is no such column, or a cell is not a number.
     pub fn vector(&self, prefix: &str, suffix: &str) -> Result<DVec3, StudyError> {
         let cell = |axis| self.number(&format!("{prefix}{axis}{suffix}"));
         Ok(DVec3::new(cell("x")?, cell("y")?, cell("z")?))
@@ -108,7 +108,7 @@ impl<'a> Row<'a> {
     /// The rotation in the columns `qw`, `qx`, `qy`, `qz`, normalised.
     ///
     /// # Errors
-    /// There is no such column, or a cell is no number.
+    /// There is no such column, or a cell is not a number.
     pub fn rotation(&self) -> Result<DQuat, StudyError> {
         let v = self.vector("q", "")?;
         Ok(DQuat::from_xyzw(v.x, v.y, v.z, self.number("qw")?).normalize())
