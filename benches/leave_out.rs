@@ -134,11 +134,11 @@ fn choice(count: usize) -> Vec<Variant> {
     // dt·ω is 0.017, and 10 for the few bodies within the ball-shaped region of the stiff field.
     let stiff = Field::spring(3.6e5).within(Region::ball(12.0));
     let partly = soft().sum_union(stiff.force_mode(ForceMode::Acceleration));
-    let auto = Scheme::Auto { tolerance: 1e-2 };
+    let auto = Scheme::auto(1e-2);
     let schemes = [
         ("kick-drift-kick", Scheme::KickDriftKick),
         ("auto", auto),
-        ("4 substeps", Scheme::Substep(Substeps::Fixed(4))),
+        ("4 substeps", Scheme::substeps(4)),
         ("fourth order", Scheme::Forward4),
         ("linearly implicit", Scheme::LinearlyImplicit),
     ];

@@ -54,7 +54,8 @@ use crate::threads::Pool;
 ///   free particle, exact in the velocity, with gravity and damping. So on a particle held by a pin, a contact or its
 ///   neighbours, a drag of rate k, and its weight beside it, are too small by a share of about k·dt/2 where that is
 ///   small, and the drag is at most the force that brings it to the speed of the flow within a step;
-///   [`StepWarning::PinnedParticles`](crate::StepWarning::PinnedParticles) warns where a body has pins. A soft body
+///   [`StepWarning::PinnedParticles`](crate::StepWarning::PinnedParticles) warns where a body has
+///   pins and a held particle lacks more than a hundredth of the force. A soft body
 ///   that sleeps stays asleep, except under [`WakePolicy::Always`].
 /// - The volume of a particle is a quarter of each cell that it is a corner of, in the present shape. Without
 ///   cells, the volume that a closed surface encloses is shared among its particles by the area around them.
@@ -101,7 +102,8 @@ pub struct Fields {
 }
 
 impl Fields {
-    /// Fields made of their parts, which may have been saved. The next step continues bit for bit, with a new pipeline.
+    /// Fields made of their parts, which may have been saved. The next step continues bit for bit, with a new pipeline,
+    /// which has no channels for events.
     ///
     /// ```
     /// use rapier3d_fields::prelude::*;

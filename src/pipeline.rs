@@ -53,11 +53,11 @@ use crate::sample::{Gatherer, Properties};
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct StepOutcome {
-    /// Bodies on which fields were sampled; zero if no field can reach a body.
+    /// Rigid bodies on which fields were sampled; zero if no field can reach one.
     pub sampled: usize,
     /// Contacts detected: overlaps at the end of the step, and with swept detection touches within it.
     pub contacts: usize,
-    /// Bodies written to after Rapier's step, by the scheme and by responses.
+    /// Rigid bodies written to after Rapier's step, by the scheme and by responses.
     pub written: usize,
     /// Particles of soft bodies that took an impulse after Rapier's step.
     pub particles: usize,

@@ -284,6 +284,6 @@ pub fn attracted(count: usize) -> Vec<Variant> {
         looped,
         fields("field, kick", Scheme::Kick),
         fields("field, kick-drift-kick", Scheme::KickDriftKick),
-        fields("field, auto", Scheme::Auto { tolerance: 0.01 }),
+        fields("field, auto", Scheme::auto(0.01)),
     ]
 }

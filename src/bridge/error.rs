@@ -68,8 +68,7 @@ pub enum StepError {
     /// A setting is out of its range.
     #[error(transparent)]
     Setting(#[from] BuildError),
-    /// The state of the fields is not one that a step leaves behind: it was read from elsewhere, or a time that is not
-    /// finite was set.
+    /// The state of the fields is not one that a step leaves behind: it was read from elsewhere.
     #[error("the state of the fields is not one that a step leaves behind: {value}")]
     State {
         /// The quantity that is wrong, with its value.

@@ -167,8 +167,8 @@ impl StepHooks<'_> {
         for contact in manifold.solver_contacts.iter_mut() {
             let point = (contact.anchor1 + contact.anchor2) * 0.5;
             let closing = (velocity(0, point) - velocity(1, point)).dot(normal);
-            // False for NaN, which is left to Rapier as well.
-            let fast = closing.abs() >= slow;
+            // A speed that is infinite or NaN is left to Rapier.
+            let fast = closing.is_finite() && closing.abs() >= slow;
             if !fast {
                 continue;
             }

@@ -47,6 +47,28 @@ impl ZoneEvent {
         }
     }
 
+    /// True if the body entered, false if it left.
+    #[must_use]
+    pub fn has_entered(&self) -> bool {
+        matches!(self, ZoneEvent::Entered { .. })
+    }
+
+    /// The field whose region it is. A field with a lifetime may have left its set when the event is read.
+    #[must_use]
+    pub fn field(&self) -> FieldHandle {
+        match self {
+            ZoneEvent::Entered { field, .. } | ZoneEvent::Left { field, .. } => *field,
+        }
+    }
+
+    /// The body.
+    #[must_use]
+    pub fn body(&self) -> RigidBodyHandle {
+        match self {
+            ZoneEvent::Entered { body, .. } | ZoneEvent::Left { body, .. } => *body,
+        }
+    }
+
     /// Simulated time, within the step.
     #[must_use]
     pub fn time(&self) -> f64 {

@@ -165,7 +165,8 @@ impl Field {
         Self::new(Formula::Swirl(swirl))
     }
 
-    /// `strength` along the y axis of the field's frame, and `inward` towards it.
+    /// A force of `strength` along the y axis of the field's frame, and of `inward` towards it. As rising air, which
+    /// carries bodies no faster than itself: `Field::updraft(…).as_wind(…)`.
     pub fn updraft(strength: Real, inward: Real) -> Self {
         Self::swirl(Swirl {
             around: 0.0,
@@ -177,7 +178,8 @@ impl Field {
     }
 
     /// Drag in a wind of this velocity in the field's frame: the same as
-    /// `Field::uniform(velocity).as_wind(linear, quadratic)`.
+    /// `Field::uniform(velocity).as_wind(linear, quadratic)`. Its coefficients are those of a whole body, whatever its
+    /// size; the surface tells only how the force is distributed.
     pub fn wind(velocity: Vector, linear: Real, quadratic: Real) -> Self {
         Self::uniform(velocity).as_wind(linear, quadratic)
     }

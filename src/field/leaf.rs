@@ -287,8 +287,11 @@ impl Field {
     }
 
     /// Applies the opposite force, at the same point, to the body that the field is anchored to: so
-    /// momentum and angular momentum are conserved. Fields that react cannot share a term of the
-    /// tree with fields of other bodies.
+    /// momentum and angular momentum are conserved. Of two bodies that attract each other, either one carries a field
+    /// that reacts, or each carries a field that does not: with two fields that react, each force acts twice.
+    ///
+    /// A field that reacts cannot be combined with fields of other bodies, except by the sum of union and as
+    /// [instances](Tree::instances).
     pub fn reacting(mut self) -> Self {
         self.reacts = true;
         self

@@ -28,6 +28,9 @@ use changes::Changes;
 use names::FieldNames;
 use unchecked::Unchecked;
 
+/// The most names that a message lists.
+const NAMED: usize = 12;
+
 /// An operand of the outermost sum of union of a set. The forces of all terms add up, in their order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
@@ -503,6 +506,18 @@ impl FieldSet {
         &self.data
     }
 
+    /// The message for a key that finds no field, with the first names that do.
+    fn no_field(&self, key: &impl FieldKey) -> String {
+        let names = self.iter().filter_map(|(_, field)| field.name());
+        let names: Vec<String> = names.take(NAMED).map(|name| format!("`{name}`")).collect();
+        let there = if names.is_empty() {
+            "no field has a name".to_owned()
+        } else {
+            format!("there are {}", names.join(", "))
+        };
+        format!("the set has no field {}; {there}", key.describe())
+    }
+
     /// The changes since a revision; `None` if they are not known: everything may have changed.
     pub(crate) fn changes_since(
         &self,
@@ -516,17 +531,28 @@ impl FieldSet {
 pub trait FieldKey {
     /// The handle, if there is a field.
     fn find(&self, set: &FieldSet) -> Option<FieldHandle>;
+
+    /// The key in messages.
+    fn describe(&self) -> String;
 }
 
 impl FieldKey for FieldHandle {
     fn find(&self, _: &FieldSet) -> Option<FieldHandle> {
         Some(*self)
     }
+
+    fn describe(&self) -> String {
+        format!("of {self:?}")
+    }
 }
 
 impl FieldKey for &str {
     fn find(&self, set: &FieldSet) -> Option<FieldHandle> {
         set.handle(self)
+    }
+
+    fn describe(&self) -> String {
+        format!("named `{self}`")
     }
 }
 
@@ -544,7 +570,10 @@ impl<K: FieldKey> Index<K> for FieldSet {
     type Output = Field;
 
     fn index(&self, key: K) -> &Field {
-        self.get(key).expect("no field of that handle or name")
+        match key.find(self).and_then(|handle| self.get(handle)) {
+            Some(field) => field,
+            None => panic!("{}", self.no_field(&key)),
+        }
     }
 }
 
@@ -552,6 +581,9 @@ impl<K: FieldKey> Index<K> for FieldSet {
 /// If there is no such field, as maps do.
 impl<K: FieldKey> IndexMut<K> for FieldSet {
     fn index_mut(&mut self, key: K) -> &mut Field {
-        self.get_mut(key).expect("no field of that handle or name")
+        match key.find(self).filter(|handle| self.get(*handle).is_some()) {
+            Some(handle) => self.get_mut(handle).expect("found above"),
+            None => panic!("{}", self.no_field(&key)),
+        }
     }
 }

@@ -20,8 +20,8 @@ impl Fields {
     ///
     /// The copy has all of Rapier's sets, with contacts, joints, islands and the trees of the broad phase, gravity and
     /// parameters; and the fields, their settings and their state. It does not have the workspaces of the pipelines,
-    /// which the first step fills anew (a thread pool set for the pipeline is one of them), nor the channel of
-    /// [events](crate::FieldsBuilder::events). So its steps are those of the world, bit for bit, as long as both get
+    /// which the first step fills anew (a thread pool set for the pipeline is one of them), nor the channels of
+    /// [contact](crate::FieldsBuilder::events) and [zone](crate::Fields::set_zone_events) events. So its steps are those of the world, bit for bit, as long as both get
     /// the same input, including your own hooks.
     ///
     /// It costs a copy of each set, and a compilation of the fields in the first step; each step then costs the same as

@@ -151,7 +151,8 @@ impl Fields {
             .stiffness(&self.definition(), &self.state, dt, world.into(), body)
     }
 
-    /// The potential energy of all bodies in the fields, at their present poses.
+    /// The potential energy of all bodies in the fields, at their present poses: its `total`, and the number of fields
+    /// that have none.
     pub fn potential_energy<'a>(&self, world: impl Into<WorldRef<'a>>) -> PotentialEnergy {
         self.pipeline
             .potential_energy(&self.definition(), &self.state, world.into())

@@ -7,9 +7,9 @@ use crate::bridge::{Drowsing, ForceOverride, LentForces, Resting, StepError};
 use crate::contact::{HandOver, Listening};
 use crate::cross_check::CrossCheckReport;
 use crate::diagnose::{EnergyAudit, Occupant};
-use crate::field::{Anchor, Frame};
+use crate::field::{Anchor, Axis, Frame, PropertyError};
 use crate::integrate::{Evaluation, Reactions, first_unsound};
-use crate::math::{ColliderHandle, Pose, RigidBodyHandle, Vector};
+use crate::math::{ColliderHandle, Pose, RigidBodyHandle, Vector, from_f64};
 use crate::rigid::Body;
 
 /// The state that one step leaves for the next: plain data. A snapshot needs it, the [settings](crate::pipeline::FieldSettings)
@@ -103,11 +103,18 @@ impl FieldState {
 
     /// Sets the simulated time.
     ///
-    /// # Panics
-    /// Never; a time that is not finite is refused by the next step.
-    pub fn set_time(&mut self, time: f64) {
+    /// # Errors
+    /// The time is not finite; the present one stays.
+    pub fn set_time(&mut self, time: f64) -> Result<(), PropertyError> {
+        if !time.is_finite() {
+            return Err(PropertyError::AxisValue {
+                axis: Axis::Time.to_string(),
+                value: from_f64(time),
+            });
+        }
         self.time = time;
         self.evaluation = None;
+        Ok(())
     }
 
     /// Returns an error if a value is one that no step leaves behind.

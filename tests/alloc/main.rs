@@ -160,12 +160,12 @@ const SCHEMES: [Scheme; 8] = [
     Scheme::KickDriftKick,
     Scheme::Kick,
     Scheme::ExternalForce,
-    Scheme::Substep(Substeps::Fixed(3)),
+    Scheme::substeps(3),
     // So strict that some bodies take substeps, in some scenes.
     Scheme::Substep(Substeps::PerBody { tolerance: 1e-6 }),
     Scheme::LinearlyImplicit,
     Scheme::Forward4,
-    Scheme::Auto { tolerance: 1e-6 },
+    Scheme::auto(1e-6),
 ];
 
 /// Fails unless the steps of each scheme allocate no more than a loop by hand.

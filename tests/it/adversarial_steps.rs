@@ -11,11 +11,11 @@ const SCHEMES: [Scheme; 8] = [
     Scheme::KickDriftKick,
     Scheme::Kick,
     Scheme::ExternalForce,
-    Scheme::Substep(Substeps::Fixed(3)),
+    Scheme::substeps(3),
     Scheme::Substep(Substeps::PerBody { tolerance: 1e-2 }),
     Scheme::LinearlyImplicit,
     Scheme::Forward4,
-    Scheme::Auto { tolerance: 1e-2 },
+    Scheme::auto(1e-2),
 ];
 
 /// Three bodies that move, turn, sleep and carry a user's force; the first at the origin.

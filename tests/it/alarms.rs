@@ -173,7 +173,7 @@ fn schemes_warn_only_where_the_error_of_a_step_is_large() {
     for (scheme, tolerance) in [
         (Scheme::KickDriftKick, NO_TOLERANCE),
         (Scheme::Kick, NO_TOLERANCE),
-        (Scheme::Auto { tolerance: 0.01 }, 0.01),
+        (Scheme::auto(0.01), 0.01),
     ] {
         let alarms = (0..WORLDS).filter_map(|seed| Alarm::first(seed, scheme));
         let errors = alarms.map(|alarm| (alarm.error(), alarm));

@@ -20,7 +20,7 @@ pub const SCHEMES: [(Scheme, i32); 6] = [
     (Scheme::KickDriftKick, 2),
     (Scheme::Kick, 1),
     (Scheme::ExternalForce, 1),
-    (Scheme::Substep(Substeps::Fixed(3)), 2),
+    (Scheme::substeps(3), 2),
     (Scheme::LinearlyImplicit, 1),
     (Scheme::Forward4, 2),
 ];

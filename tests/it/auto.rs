@@ -13,9 +13,7 @@ const TURNS: [f64; 11] = [
 ];
 
 fn auto() -> Scheme {
-    Scheme::Auto {
-        tolerance: from_f64(TOLERANCE),
-    }
+    Scheme::auto(from_f64(TOLERANCE))
 }
 
 fn world() -> PhysicsWorld {

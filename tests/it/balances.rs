@@ -178,9 +178,7 @@ fn kinetic_energy(body: &RigidBody) -> f64 {
 
 /// Runs a scene to its end or the first warning. Returns the largest error of its energy, and whether a step warned.
 fn run(mut scene: Scene) -> (f64, bool) {
-    let scheme = Scheme::Auto {
-        tolerance: from_f64(scene.tolerance),
-    };
+    let scheme = Scheme::auto(from_f64(scene.tolerance));
     let mut fields = build(scene.tree(), scheme);
     let first = scene.energy();
     let mut worst = 0.0_f64;

@@ -109,7 +109,7 @@ fn gravity_and_a_spring_balance() {
 /// Rapier's own integration of gravity is ahead of the parabola by g t dt/2n for n solver iterations; substeps are not.
 #[test]
 fn substeps_follow_gravity_along_the_parabola() {
-    for scheme in [Scheme::Substep(Substeps::Fixed(3)), Scheme::Forward4] {
+    for scheme in [Scheme::substeps(3), Scheme::Forward4] {
         let mut world = weightless(1.0 / 60.0);
         world.gravity = DOWN;
         let ball = insert_ball(&mut world, 2.0, Vector::ZERO, Vector::X * 3.0);
@@ -474,8 +474,8 @@ fn free_tops_keep_energy_and_angular_momentum_for_ten_seconds() {
     ];
     let schemes = [
         Scheme::KickDriftKick,
-        Scheme::Substep(Substeps::Fixed(3)),
-        Scheme::Auto { tolerance: 1e-3 },
+        Scheme::substeps(3),
+        Scheme::auto(1e-3),
     ];
     for (name, text, moments) in tops {
         for scheme in schemes {

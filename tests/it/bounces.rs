@@ -78,8 +78,8 @@ fn peak(mut spring: Spring, steps: usize, told: f64) -> (f64, bool) {
 /// without bound from dt·ω = 1 on, without a warning.
 #[test]
 fn bounces_in_divided_steps_add_no_energy() {
-    let auto = Scheme::Auto { tolerance: 1e-3 };
-    let fixed = Scheme::Substep(Substeps::Fixed(4));
+    let auto = Scheme::auto(1e-3);
+    let fixed = Scheme::substeps(4);
     let chosen = Scheme::Substep(Substeps::PerBody { tolerance: 1e-3 });
     for scheme in [auto, Scheme::Forward4, fixed, chosen] {
         for (restitution, wall) in [1.0, 0.8]
@@ -101,8 +101,8 @@ fn bounces_in_divided_steps_add_no_energy() {
 /// v = v_out + dt/2 F(x_out)/m. As for all bodies in contact, the shown velocity lags by half a solver iteration.
 #[test]
 fn half_a_kick_follows_a_bounce() {
-    let fixed = Scheme::Substep(Substeps::Fixed(4));
-    for scheme in [Scheme::Auto { tolerance: 1e-3 }, Scheme::Forward4, fixed] {
+    let fixed = Scheme::substeps(4);
+    for scheme in [Scheme::auto(1e-3), Scheme::Forward4, fixed] {
         for (restitution, wall, swing) in [(1.0, -0.7, 0.3), (0.8, -0.2, 1.0), (1.0, -0.2, 0.58)] {
             let what = format!("{scheme:?}, e = {restitution}, wall at {wall}, dt·ω {swing}");
             let mut spring = Spring::new(Hung::Ball, scheme, restitution, wall, swing);

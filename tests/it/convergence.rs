@@ -16,7 +16,7 @@ const ORDER_BAND: f64 = 0.1;
 const EXACT: f64 = 1e-12;
 
 const KDK: Scheme = Scheme::KickDriftKick;
-const SUBSTEP: Scheme = Scheme::Substep(Substeps::Fixed(3));
+const SUBSTEP: Scheme = Scheme::substeps(3);
 const FORWARD: Scheme = Scheme::Forward4;
 const IMPLICIT: Scheme = Scheme::LinearlyImplicit;
 
@@ -454,7 +454,7 @@ fn all_forces_together_converge_at_the_nominal_orders() {
         let (there, then) = everything(end);
         x.distance(there).hypot(v.distance(then) / 20.0_f64.sqrt())
     };
-    let auto = Scheme::Auto { tolerance: 0.1 };
+    let auto = Scheme::auto(0.1);
     let plan = [
         (KDK, 2.0, from(80)),
         (SUBSTEP, 2.0, from(40)),

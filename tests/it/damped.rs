@@ -222,7 +222,7 @@ fn drag_causes_no_evaluations_of_other_fields() {
         }
         count.load(Ordering::Relaxed)
     };
-    let auto = Scheme::Auto { tolerance: 0.01 };
+    let auto = Scheme::auto(0.01);
     for scheme in [Scheme::Kick, Scheme::KickDriftKick, auto] {
         let (without, with) = (asked(scheme, false), asked(scheme, true));
         assert!(without >= 30, "{scheme:?}: asked {without} times");

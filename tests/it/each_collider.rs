@@ -296,8 +296,8 @@ fn no_scheme_moves_a_body_that_groups_exclude() {
         Scheme::Kick,
         Scheme::ExternalForce,
         Scheme::LinearlyImplicit,
-        Scheme::Auto { tolerance: 1e-3 },
-        Scheme::Substep(Substeps::Fixed(4)),
+        Scheme::auto(1e-3),
+        Scheme::substeps(4),
         Scheme::Forward4,
     ];
     for scheme in schemes {

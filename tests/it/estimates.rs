@@ -1,8 +1,8 @@
 //! Estimates of a step's error against the true error, where it is known.
 
+use rapier3d_fields::ErrorEstimate;
 use rapier3d_fields::math::{DVec3, from_f64, to_dvec3, to_f64};
 use rapier3d_fields::prelude::*;
-use rapier3d_fields::{ErrorEstimate, Substeps};
 
 use crate::support::either;
 
@@ -79,9 +79,9 @@ fn estimates_agree_with_the_errors() {
         (Scheme::Kick, 2.0),
         (Scheme::ExternalForce, 2.0),
         (Scheme::LinearlyImplicit, 2.0),
-        (Scheme::Substep(Substeps::Fixed(2)), 1.3),
+        (Scheme::substeps(2), 1.3),
         // Neither motion is stiff for it, in either copy.
-        (Scheme::Auto { tolerance: 0.1 }, 2.0),
+        (Scheme::auto(0.1), 2.0),
     ];
     for known in [spring(), kepler()] {
         for (scheme, within) in schemes {

@@ -606,7 +606,7 @@ fn bodies_that_move_again_are_unaffected_by_one_in_quarantine() {
     let masses: [Real; 4] = [1.0, 1e3, 1e6, 1e9];
     for scheme in [
         Scheme::Substep(Substeps::PerBody { tolerance: 1e-2 }),
-        Scheme::Auto { tolerance: 1e-2 },
+        Scheme::auto(1e-2),
     ] {
         for count in 1..=masses.len() {
             let run = |light: Option<Real>| {

@@ -94,11 +94,7 @@ fn gained(scheme: Scheme, dt: f64) -> (f64, usize) {
 /// was of the first: 0.44, 0.26 and 0.13 at 4, 2 and 1 ms.
 #[test]
 fn dipoles_keep_their_energy_when_they_are_hit() {
-    for scheme in [
-        Scheme::KickDriftKick,
-        Scheme::Substep(Substeps::Fixed(2)),
-        Scheme::Forward4,
-    ] {
+    for scheme in [Scheme::KickDriftKick, Scheme::substeps(2), Scheme::Forward4] {
         let [coarse, middle, fine] = [0.004, 0.002, 0.001].map(|dt| gained(scheme, dt));
         println!("{scheme:?}: {coarse:?} {middle:?} {fine:?}");
         assert!(coarse.1.min(middle.1).min(fine.1) > 100);
@@ -145,8 +141,8 @@ fn reaches(scheme: Scheme, detection: Detection, dt: f64) -> ([f64; 2], usize) {
 /// goes 2 % farther out after a minute.
 #[test]
 fn a_ball_on_a_spring_keeps_its_amplitude_at_a_wall() {
-    let two = Scheme::Substep(Substeps::Fixed(2));
-    let auto = Scheme::Auto { tolerance: 0.01 };
+    let two = Scheme::substeps(2);
+    let auto = Scheme::auto(0.01);
     for scheme in [Scheme::KickDriftKick, auto, two, Scheme::Forward4] {
         for detection in [Detection::Discrete, Detection::Swept] {
             let ([first, last], warned) = reaches(scheme, detection, 0.005);
@@ -161,8 +157,8 @@ fn a_ball_on_a_spring_keeps_its_amplitude_at_a_wall() {
 /// as long, a minute of bounces changes the amplitude by a percent at most. At a step too long for that they warn.
 #[test]
 fn hits_within_divided_steps_keep_the_energy_or_give_a_warning() {
-    let eight = Scheme::Substep(Substeps::Fixed(8));
-    let auto = Scheme::Auto { tolerance: 0.01 };
+    let eight = Scheme::substeps(8);
+    let auto = Scheme::auto(0.01);
     for scheme in [eight, auto, Scheme::Forward4] {
         let ([first, last], warned) = reaches(scheme, Detection::Swept, 0.02);
         println!("{scheme:?}: {first} {last}");

@@ -99,7 +99,7 @@ fn kick_drift_kick_is_velocity_verlet() {
 #[test]
 fn substeps_are_velocity_verlet_at_smaller_steps() {
     for count in [1, 2, 5] {
-        let scheme = Scheme::Substep(Substeps::Fixed(count));
+        let scheme = Scheme::substeps(count);
         compare("velocity_verlet_kdk", scheme, 4, count);
     }
 }

@@ -27,12 +27,12 @@ pub const OURS: [Pull; 9] = [
     Pull::Alike(Scheme::KickDriftKick),
     Pull::Sampled(Scheme::KickDriftKick),
     Pull::Planet(Scheme::KickDriftKick),
-    Pull::Sampled(Scheme::Substep(Substeps::Fixed(3))),
+    Pull::Sampled(Scheme::substeps(3)),
     Pull::Sampled(Scheme::Substep(Substeps::PerBody { tolerance: 1e-3 })),
     Pull::Sampled(Scheme::LinearlyImplicit),
     Pull::Sampled(Scheme::Forward4),
-    Pull::Sampled(Scheme::Auto { tolerance: 1e-3 }),
-    Pull::Alike(Scheme::Auto { tolerance: 1e-3 }),
+    Pull::Sampled(Scheme::auto(1e-3)),
+    Pull::Alike(Scheme::auto(1e-3)),
 ];
 
 /// A world at Rapier's defaults, and the fields if gravity is theirs.

@@ -70,6 +70,8 @@ mod pages;
 #[cfg(feature = "f64")]
 mod potentials;
 #[cfg(feature = "f32")]
+mod public_face;
+#[cfg(feature = "f32")]
 mod readme;
 mod reference_dimers;
 mod regions_vs_parry;

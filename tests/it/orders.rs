@@ -273,11 +273,11 @@ fn seen(body: &RigidBody, top: &Top) -> State {
 }
 
 const KDK: Scheme = Scheme::KickDriftKick;
-const SUBSTEP: Scheme = Scheme::Substep(Substeps::Fixed(3));
+const SUBSTEP: Scheme = Scheme::substeps(3);
 const FORWARD: Scheme = Scheme::Forward4;
 /// So loose that one whole step meets the tolerance.
 const PER_BODY: Scheme = Scheme::Substep(Substeps::PerBody { tolerance: 0.25 });
-const AUTO: Scheme = Scheme::Auto { tolerance: 0.25 };
+const AUTO: Scheme = Scheme::auto(0.25);
 
 /// The schemes of second and fourth order: `whole` steps for those of whole steps, `divided` for those of substeps.
 fn plans(whole: u32, divided: u32) -> [(Scheme, (f64, f64), u32); 5] {
@@ -310,7 +310,7 @@ fn spring() {
     };
     case.check("spring", &plans(80, 40));
     // So strict that `Auto` makes steps of fourth order, whatever the step.
-    let composing = Scheme::Auto { tolerance: 1e-6 };
+    let composing = Scheme::auto(1e-6);
     case.check("spring", &[(composing, FOURTH, 80)]);
 }
 

@@ -8,11 +8,7 @@ use rapier3d_fields::rapier::control::{DynamicRayCastVehicleController, WheelTun
 use crate::support::{assert_at_most, build, weightless};
 
 const G: Real = 9.81;
-const SCHEMES: [Scheme; 3] = [
-    Scheme::KickDriftKick,
-    Scheme::Kick,
-    Scheme::Auto { tolerance: 1e-3 },
-];
+const SCHEMES: [Scheme; 3] = [Scheme::KickDriftKick, Scheme::Kick, Scheme::auto(1e-3)];
 
 /// A world under gravity, with a floor whose top is at y = −6.
 fn basin() -> PhysicsWorld {

@@ -90,10 +90,10 @@ fn schemes() -> [Scheme; 7] {
         Scheme::KickDriftKick,
         Scheme::Kick,
         Scheme::ExternalForce,
-        Scheme::Substep(Substeps::Fixed(3)),
+        Scheme::substeps(3),
         Scheme::LinearlyImplicit,
         Scheme::Forward4,
-        Scheme::Auto { tolerance: 1e-3 },
+        Scheme::auto(1e-3),
     ]
 }
 
@@ -231,7 +231,7 @@ fn sampling_within_bodies_and_stiff_wells_are_restored() {
             (world, fields)
         }
     };
-    for scheme in [Scheme::KickDriftKick, Scheme::Auto { tolerance: 1e-3 }] {
+    for scheme in [Scheme::KickDriftKick, Scheme::auto(1e-3)] {
         goes_on(&format!("{scheme:?}"), build(scheme), &[3, 30], 40);
     }
 }
@@ -301,7 +301,7 @@ fn a_damaged_state_is_refused_or_runs() {
     let tried = std::env::var("DAMAGED").ok().and_then(|it| it.parse().ok());
     let tried: usize = tried.unwrap_or(200);
     let mut random = crate::lab::random::Random::new(11);
-    for scheme in [Scheme::Auto { tolerance: 1e-3 }, Scheme::KickDriftKick] {
+    for scheme in [Scheme::auto(1e-3), Scheme::KickDriftKick] {
         let mut run = ammonia(scheme, Detection::Discrete);
         let well = Field::spring(4000.0).within(Region::ball(2.0));
         run.1.set.insert_field(well);
@@ -401,7 +401,7 @@ fn stiff_run(scheme: Scheme) -> Run {
 /// A state that no step can leave is refused, and the error names the value.
 #[test]
 fn a_state_that_no_step_can_leave_is_refused_by_value() {
-    let run = stiff_run(Scheme::Auto { tolerance: 1e-3 });
+    let run = stiff_run(Scheme::auto(1e-3));
     type Damage = fn(&mut Value);
     let damages: [(&str, Damage); 6] = [
         ("dt is -1", |it| {
@@ -465,7 +465,7 @@ fn a_nan_in_a_state_is_refused_by_the_name_of_its_list() {
         let list = path.split('.').next_back().expect("a name");
         assert!(error.contains(list), "{path}: {error}");
     };
-    let stiff = stiff_run(Scheme::Auto { tolerance: 1e-3 });
+    let stiff = stiff_run(Scheme::auto(1e-3));
     for path in ["time", "evaluation.dt", "records", "evaluation.wrenches"] {
         nan_in(&stiff, path);
     }

@@ -9,11 +9,7 @@ const GRAVITY: f64 = 9.81;
 const RATES: [f64; 2] = [60.0, 240.0];
 /// Drag rate times time step, k·dt.
 const NUMBERS: [f64; 7] = [1e-3, 0.05, 0.33, 3.0, 33.0, 333.0, 1e4];
-const SCHEMES: [Scheme; 3] = [
-    Scheme::KickDriftKick,
-    Scheme::Kick,
-    Scheme::Auto { tolerance: 1e-3 },
-];
+const SCHEMES: [Scheme; 3] = [Scheme::KickDriftKick, Scheme::Kick, Scheme::auto(1e-3)];
 
 fn world(rate: f64) -> PhysicsWorld {
     let mut world = PhysicsWorld::new();

@@ -11,9 +11,7 @@ use crate::support::{
 const TOLERANCE: f64 = 1e-3;
 
 fn auto() -> Scheme {
-    Scheme::Auto {
-        tolerance: from_f64(TOLERANCE),
-    }
+    Scheme::auto(from_f64(TOLERANCE))
 }
 
 fn unbounded(dt: f64) -> PhysicsWorld {
@@ -355,14 +353,12 @@ fn speeds_that_rapier_would_cap_are_reported() {
 #[test]
 fn schemes_with_numbers_out_of_range_are_refused() {
     let bad = [
-        Scheme::Substep(Substeps::Fixed(0)),
-        Scheme::Substep(Substeps::Fixed(1025)),
+        Scheme::substeps(0),
+        Scheme::substeps(1025),
         Scheme::Substep(Substeps::PerBody { tolerance: 0.0 }),
-        Scheme::Auto {
-            tolerance: Real::NAN,
-        },
-        Scheme::Auto { tolerance: 0.3 },
-        Scheme::Auto { tolerance: -1.0 },
+        Scheme::auto(Real::NAN),
+        Scheme::auto(0.3),
+        Scheme::auto(-1.0),
     ];
     for scheme in bad {
         let built = Fields::builder(Field::spring(1.0)).scheme(scheme).build();

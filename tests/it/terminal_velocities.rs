@@ -197,11 +197,11 @@ fn held_bodies_reach_their_terminal_velocity() {
     let schemes = [
         Scheme::KickDriftKick,
         Scheme::Kick,
-        Scheme::Auto { tolerance: 1e-3 },
+        Scheme::auto(1e-3),
         Scheme::ExternalForce,
         Scheme::LinearlyImplicit,
         Scheme::Forward4,
-        Scheme::Substep(Substeps::Fixed(4)),
+        Scheme::substeps(4),
     ];
     for held in ALL {
         for scheme in schemes {
@@ -224,11 +224,7 @@ fn held_bodies_reach_their_terminal_velocity() {
 /// As in air at rest, with half of the pull.
 #[test]
 fn held_bodies_reach_their_terminal_velocity_in_pools_and_updraughts() {
-    let schemes = [
-        Scheme::KickDriftKick,
-        Scheme::Kick,
-        Scheme::Auto { tolerance: 1e-3 },
-    ];
+    let schemes = [Scheme::KickDriftKick, Scheme::Kick, Scheme::auto(1e-3)];
     let all = [
         Held::Jointed,
         Held::Articulated,

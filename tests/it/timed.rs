@@ -12,8 +12,8 @@ const SCHEMES: [Scheme; 8] = [
     Scheme::Kick,
     Scheme::ExternalForce,
     Scheme::LinearlyImplicit,
-    Scheme::Auto { tolerance: 1e-3 },
-    Scheme::Substep(Substeps::Fixed(4)),
+    Scheme::auto(1e-3),
+    Scheme::substeps(4),
     Scheme::Substep(Substeps::PerBody { tolerance: 0.05 }),
     Scheme::Forward4,
 ];

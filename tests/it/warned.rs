@@ -213,7 +213,7 @@ fn rapier_alone_ends_with_contacts_that_outlive_a_shape() {
 #[test]
 fn nothing_explodes_without_a_warning() {
     let chooses = [
-        Scheme::Auto { tolerance: 1e-3 },
+        Scheme::auto(1e-3),
         Scheme::Substep(Substeps::PerBody { tolerance: 1e-3 }),
     ];
     let mut cells = Vec::new();

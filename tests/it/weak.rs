@@ -102,7 +102,7 @@ fn slow_springs_swing() {
 /// A ball that hangs on a spring in strong drag.
 #[test]
 fn a_ball_in_equilibrium_falls_asleep() {
-    for scheme in [Scheme::KickDriftKick, Scheme::Auto { tolerance: 1e-3 }] {
+    for scheme in [Scheme::KickDriftKick, Scheme::auto(1e-3)] {
         let mut world = weightless(DT);
         world.gravity = Vector::Y * -9.81;
         let ball = ball(&mut world, Vector::ZERO, Vector::ZERO);

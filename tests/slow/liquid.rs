@@ -178,10 +178,10 @@ fn every_scheme_keeps_the_temperature_of_a_liquid() {
     };
     let schemes = [
         Scheme::KickDriftKick,
-        Scheme::Substep(Substeps::Fixed(2)),
+        Scheme::substeps(2),
         Scheme::Substep(Substeps::PerBody { tolerance: 0.01 }),
         Scheme::Forward4,
-        Scheme::Auto { tolerance: 0.01 },
+        Scheme::auto(0.01),
     ];
     let only = std::env::var("SCHEME").ok();
     let mut outside = Vec::new();

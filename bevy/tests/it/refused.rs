@@ -67,7 +67,7 @@ fn settings_that_are_not_valid_are_refused() {
     let body = app.world_mut().spawn(ball(Vec3::ZERO)).id();
     app.update();
     let mut settings = app.world_mut().resource_mut::<RapierFieldsSettings>();
-    settings.fields.scheme = Scheme::Auto { tolerance: -1.0 };
+    settings.fields.scheme = Scheme::auto(-1.0);
     settings.fields.detection = Detection::Swept;
     app.update();
     assert_near(velocity(&mut app, body), Vec3::X * 2.0 * DT, 1e-6);

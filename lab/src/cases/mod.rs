@@ -200,16 +200,16 @@ impl From<fields::PropertyError> for StudyError {
 
 /// The scheme of a method; `None` for methods without fields or for contacts.
 fn scheme(method: Method) -> Option<fields::Scheme> {
-    use fields::{Scheme, Substeps};
+    use fields::Scheme;
     Some(match method {
         Method::KickDriftKick | Method::KickDriftKickOnce => Scheme::KickDriftKick,
         Method::Kick => Scheme::Kick,
         Method::ExternalForce => Scheme::ExternalForce,
-        Method::Substep4 => Scheme::Substep(Substeps::Fixed(4)),
+        Method::Substep4 => Scheme::substeps(4),
         Method::Forward4 => Scheme::Forward4,
         Method::LinearlyImplicit => Scheme::LinearlyImplicit,
-        Method::Auto => Scheme::Auto { tolerance: 1e-2 },
-        Method::AutoTight => Scheme::Auto { tolerance: 1e-4 },
+        Method::Auto => Scheme::auto(1e-2),
+        Method::AutoTight => Scheme::auto(1e-4),
         _ => return None,
     })
 }

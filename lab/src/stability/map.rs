@@ -9,11 +9,11 @@ pub const SCHEMES: [Scheme; 8] = [
     Scheme::KickDriftKick,
     Scheme::Kick,
     Scheme::ExternalForce,
-    Scheme::Substep(Substeps::Fixed(3)),
+    Scheme::substeps(3),
     Scheme::Substep(Substeps::PerBody { tolerance: 1e-3 }),
     Scheme::LinearlyImplicit,
     Scheme::Forward4,
-    Scheme::Auto { tolerance: 1e-3 },
+    Scheme::auto(1e-3),
 ];
 
 /// The values of dt·ω, where ω is the fastest rate of a scene.

@@ -89,11 +89,6 @@ impl FieldsDoc {
         names.definitions = definitions;
         let tree = self.tree.read(&names);
         let tree = tree.map_err(|error| error.within("tree"))?;
-        let time = self.time.unwrap_or(0.0);
-        if !time.is_finite() {
-            let message = format!("expected a finite number, found {time}");
-            return Err(content(message).within("time"));
-        }
         let axes: Vec<&str> = self.axes.keys().map(String::as_str).collect();
         if let Err(error) = tree.check(&axes) {
             return Err(self.tree.blame(&names, &axes, error).within("tree"));
@@ -118,9 +113,13 @@ impl FieldsDoc {
         // Only axes, the scheme and the wake policy can still be wrong.
         let mut fields = builder.build().map_err(|error| match error {
             BuildError::DuplicateAxis { .. } => content(error.to_string()).within("axes"),
+            BuildError::Parameter { ref field, .. } if *field == "the wake policy" => {
+                content(error.to_string()).within("wake")
+            }
             _ => content(error.to_string()).within("scheme"),
         })?;
-        fields.state.set_time(time);
+        let time = fields.state.set_time(self.time.unwrap_or(0.0));
+        time.map_err(|error| content(error.to_string()).within("time"))?;
         Ok(fields)
     }
 

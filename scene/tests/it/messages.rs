@@ -64,6 +64,28 @@ fn wrong_choices_are_explained() {
 }
 
 #[test]
+fn a_setting_out_of_its_range_is_located_in_the_file() {
+    for (setting, expected) in [
+        (
+            r#""wake": { "on-change": { "fraction": -1 } }"#,
+            "at `fields.wake`: the wake policy: the fraction must be zero or more",
+        ),
+        (
+            r#""scheme": { "auto": { "tolerance": 2 } }"#,
+            "at `fields.scheme`: the scheme: the tolerance must be positive",
+        ),
+        (
+            r#""axes": { "mass": 1 }"#,
+            "at `fields.axes`: the axis `mass` exists already",
+        ),
+    ] {
+        let tree = r#""tree": { "field": { "formula": { "drag": {} } } }"#;
+        let found = error(&format!("{{ {setting}, {tree} }}"));
+        assert!(found.contains(expected), "{found}\nlacks\n{expected}");
+    }
+}
+
+#[test]
 fn the_fault_of_a_refused_tree_is_located_in_the_file() {
     let good = r#"{ "field": { "formula": { "drag": {} } } }"#;
     for (tree, expected) in [

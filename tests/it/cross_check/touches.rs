@@ -69,8 +69,8 @@ fn discrete_detection_has_no_touches() {
 const SCHEMES: [Scheme; 5] = [
     Scheme::KickDriftKick,
     Scheme::Forward4,
-    Scheme::Auto { tolerance: 0.01 },
-    Scheme::Substep(Substeps::Fixed(4)),
+    Scheme::auto(0.01),
+    Scheme::substeps(4),
     Scheme::Substep(Substeps::PerBody { tolerance: 0.01 }),
 ];
 

@@ -1,0 +1,52 @@
+//! The loop of the window: the testbed draws bodies, this program its fields and their panel.
+
+use rapier_testbed3d::TestbedViewer;
+use rapier3d_fields::debug_render::FieldDebugRenderMode;
+
+use crate::catalogue::Catalogue;
+use crate::drawing::Lines;
+use crate::panel;
+use crate::session::Session;
+
+/// Frames between two looks at the file.
+const LOOK_EVERY: usize = 20;
+
+/// Shows the scenes of a catalogue until the window is closed.
+///
+/// # Errors
+/// A scene cannot be read when it is chosen.
+pub async fn show(catalogue: &Catalogue, mode: FieldDebugRenderMode) -> Result<(), String> {
+    let mut viewer = TestbedViewer::new(catalogue.examples()).await;
+    let mut mode = mode;
+    while !viewer.quitting() {
+        let entry = catalogue.get(viewer.selected_name());
+        let mut session = Session::open(&entry.path, mode)?;
+        viewer.clear_scene();
+        viewer.set_world(&mut session.scene.world);
+        viewer.request_frame_all();
+        run(&mut viewer, &mut session).await;
+        // What is drawn stays as it was chosen, in the next scene as well.
+        mode = session.drawing.mode;
+    }
+    Ok(())
+}
+
+/// Runs a scene until another one is chosen, it is begun anew, or the window is closed.
+async fn run(viewer: &mut TestbedViewer, session: &mut Session) {
+    let mut frame = 0;
+    while viewer.render_frame(&mut session.scene.world).await {
+        frame += 1;
+        if frame % LOOK_EVERY == 0 && session.reload_if_changed() {
+            viewer.graphics_mut().clear();
+            viewer.set_world(&mut session.scene.world);
+        }
+        if viewer.simulating() {
+            session.step();
+        }
+        let window = viewer.window_mut();
+        session.draw(&mut Lines { window, width: 2.0 });
+        viewer
+            .window_mut()
+            .draw_ui(|context| panel::show(context, session));
+    }
+}
