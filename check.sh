@@ -72,6 +72,19 @@ licences() {
 }
 optional licences licences
 
+step "public names that a release had, and this one lacks"
+# Tests compare them with `docs/public-api.txt`; this compares types with those of the last release.
+semver() {
+    command -v cargo-semver-checks > /dev/null || return 77
+    local released
+    if released=$(git describe --tags --abbrev=0 2> /dev/null); then
+        cargo semver-checks --package rapier3d-fields --baseline-rev "$released"
+    else
+        echo "nothing is released yet"
+    fi
+}
+optional semver semver
+
 step "tests of both precisions, and every program in the documentation"
 cargo test --release --workspace
 

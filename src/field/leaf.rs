@@ -25,6 +25,18 @@ use crate::number::{Number, Vec3, limited, rotate};
 /// let wind = Field::uniform(Vector::X * 5.0).within(Region::cuboid(Vector::splat(2.0)));
 /// let tree = planet.sum_union(wind);
 /// ```
+///
+/// The methods are in these groups:
+///
+/// | group | methods |
+/// |---|---|
+/// | a field of a formula | [`uniform`](Self::uniform), [`point_gravity`](Self::point_gravity), [`spring`](Self::spring), [`drag`](Self::drag), [`wind`](Self::wind), … |
+/// | a field for games | [`gravity_zone`](Self::gravity_zone), [`wind_zone`](Self::wind_zone), [`conveyor`](Self::conveyor), [`magnet`](Self::magnet), [`explosion`](Self::explosion) |
+/// | settings of the formula | [`softened`](Self::softened), [`around`](Self::around), [`limited_to`](Self::limited_to), [`scaled_by`](Self::scaled_by), [`as_wind`](Self::as_wind), … |
+/// | where and on which bodies | [`within`](Self::within), [`outside`](Self::outside), [`at`](Self::at), [`groups`](Self::groups), [`reacting`](Self::reacting) |
+/// | name, strength and time | [`named`](Self::named), [`strength`](Self::strength), [`enabled`](Self::enabled), [`lifetime`](Self::lifetime) |
+/// | meaning and sampling | [`force_mode`](Self::force_mode), [`coupled_to`](Self::coupled_to), [`sampled`](Self::sampled) |
+/// | operators | [`sum_union`](Self::sum_union), [`replace_union`](Self::replace_union), and the others of [`Operator`](crate::Operator) |
 #[derive(Clone, Debug)]
 #[must_use = "setters and operators take the value and return the changed one"]
 #[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
@@ -125,7 +137,10 @@ impl Field {
             misfit: None,
         }
     }
+}
 
+/// Settings of the formula. One that the formula does not have is an error when the tree is built, which names both.
+impl Field {
     /// Softens a radial power law: r² becomes r² + `length`² (Plummer). Other formulas are refused with the tree.
     pub fn softened(mut self, length: Real) -> Self {
         if let Formula::Radial(Radial {
@@ -278,7 +293,10 @@ impl Field {
         }
         self
     }
+}
 
+/// Where the field acts, and on which bodies.
+impl Field {
     /// Restricts the field to samples of colliders whose collision groups interact with these. By default it acts on
     /// all.
     pub fn groups(mut self, groups: InteractionGroups) -> Self {
@@ -313,7 +331,10 @@ impl Field {
         self.anchor = anchor.into();
         self
     }
+}
 
+/// Name, strength and time. They can also be edited while the field acts: `fields["wind"].strength = 2.0`.
+impl Field {
     /// Names the field, for messages and for look-up in a [`FieldSet`](crate::FieldSet).
     pub fn named(mut self, name: &str) -> Self {
         self.name = Some(name.into());
@@ -342,7 +363,10 @@ impl Field {
         self.lifetime = lifetime;
         self
     }
+}
 
+/// What the vector is, and how bodies are sampled.
+impl Field {
     /// Sets the quantity that the vector stands for.
     pub fn force_mode(mut self, mode: ForceMode) -> Self {
         self.mode = mode;

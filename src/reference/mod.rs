@@ -6,10 +6,9 @@
 mod trace;
 mod walk;
 
-pub use crate::field::Linearised;
 pub use trace::{Contribution, Fate, Trace};
 
-use crate::field::{Anchor, BuildError, FieldSet, Frames, Motion, Nodes, Query, Tree};
+use crate::field::{Anchor, BuildError, FieldSet, Frames, Linearised, Motion, Nodes, Query, Tree};
 use crate::math::DVec3;
 use crate::number::real;
 use walk::TreeWalk;

@@ -72,7 +72,6 @@ impl Meeting {
 /// region, and not by where they touch.
 #[test]
 fn a_region_that_ends_where_bodies_touch_resolves_their_impacts() {
-    let mut worst = 0.0;
     for detection in [Detection::Discrete, Detection::Swept] {
         for boxes in [false, true] {
             for hertz in [60.0, 240.0] {
@@ -88,7 +87,6 @@ fn a_region_that_ends_where_bodies_touch_resolves_their_impacts() {
                                 gap,
                             };
                             let error = meeting.error();
-                            worst = f64::max(worst, error);
                             assert_at_most(error, either(1e-5, 1e-12), format!("{meeting:?}"));
                         }
                     }
@@ -96,5 +94,4 @@ fn a_region_that_ends_where_bodies_touch_resolves_their_impacts() {
             }
         }
     }
-    assert!(worst.is_finite());
 }

@@ -214,6 +214,7 @@ fn tidy(tokens: &(impl ToTokens + ?Sized)) -> String {
         ("->", " -> "),
         ("-  > ", " -> "),
         ("  ", " "),
+        (",)", ")"),
     ] {
         text = text.replace(from, to);
     }
