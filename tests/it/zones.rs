@@ -24,7 +24,7 @@ struct Seen {
 
 fn seen(event: ZoneEvent) -> Seen {
     Seen {
-        enters: matches!(event, ZoneEvent::Entered { .. }),
+        enters: event.has_entered(),
         time: event.time(),
     }
 }
