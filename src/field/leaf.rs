@@ -365,7 +365,7 @@ impl Field {
     }
 }
 
-/// What the vector is, and how bodies are sampled.
+/// The meaning of the vector, and the points at which bodies are sampled.
 impl Field {
     /// Sets the quantity that the vector stands for.
     pub fn force_mode(mut self, mode: ForceMode) -> Self {
