@@ -277,6 +277,20 @@ impl FieldSet {
         there.then(|| self.nodes().field(handle.index)).flatten()
     }
 
+    /// A field as errors and answers name it: by its name, or by its place and formula.
+    ///
+    /// ```
+    /// use rapier3d_fields::prelude::*;
+    /// let mut set = FieldSet::new();
+    /// let drag = set.insert_field(Field::drag(1.0, 0.0));
+    /// assert_eq!(set.describe(drag).unwrap(), "field #0 (drag)");
+    /// ```
+    pub fn describe<K: FieldKey>(&self, key: K) -> Option<FieldRef> {
+        let handle = key.find(self)?;
+        let there = self.arena.holds(handle);
+        there.then(|| self.field_ref(handle.index))
+    }
+
     /// A field by its handle or name, to be changed. The term that it belongs to is compiled again before the
     /// next evaluation.
     pub fn get_mut<K: FieldKey>(&mut self, key: K) -> Option<&mut Field> {

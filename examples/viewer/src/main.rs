@@ -8,6 +8,7 @@ mod drawing;
 mod panel;
 mod picture;
 mod session;
+mod walls;
 mod window;
 
 use std::path::PathBuf;

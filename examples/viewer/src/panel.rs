@@ -47,7 +47,10 @@ fn head(ui: &mut Ui, session: &Session) {
     ui.label(&session.about);
     let time = session.scene.fields.time();
     ui.label(format!("step {}, time {time:.2}", session.steps));
-    if let Some(problem) = &session.problem {
+    for problem in [&session.refused_file, &session.refused_step]
+        .into_iter()
+        .flatten()
+    {
         ui.colored_label(egui::Color32::RED, problem);
     }
     for warning in session.warnings.iter().take(LISTED) {
@@ -63,22 +66,21 @@ fn head(ui: &mut Ui, session: &Session) {
 fn fields(ui: &mut Ui, fields: &mut Fields) {
     let handles: Vec<FieldHandle> = fields.set.iter().map(|(handle, _)| handle).collect();
     for handle in handles {
-        let field = &mut fields[handle];
-        let name = field.name().unwrap_or("a field without a name").to_owned();
+        let name = fields.set.describe(handle).unwrap_or_default().to_string();
+        let field = &fields[handle];
+        let before = (field.enabled, field.strength);
         ui.horizontal(|ui| {
             let [red, green, blue, _] =
                 <[f32; 4]>::from(paint(FieldDebugRenderStyle::field_color(handle)));
             let color = [red, green, blue].map(|share| (share * 255.0) as u8);
             ui.colored_label(egui::Color32::from_rgb(color[0], color[1], color[2]), "⬛");
-            // Unchanged values are not written: an edit makes the next step look at the field again.
-            let (mut enabled, mut strength) = (field.enabled, field.strength);
+            let (mut enabled, mut strength) = before;
             ui.checkbox(&mut enabled, name);
             ui.add(DragValue::new(&mut strength).speed(0.02).prefix("× "));
-            if enabled != field.enabled {
-                field.enabled = enabled;
-            }
-            if strength != field.strength {
-                field.strength = strength;
+            // Only then, because whatever is borrowed to be changed is compiled again.
+            if (enabled, strength) != before {
+                let field = &mut fields[handle];
+                (field.enabled, field.strength) = (enabled, strength);
             }
         });
     }

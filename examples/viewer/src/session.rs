@@ -6,7 +6,7 @@ use std::time::SystemTime;
 use rapier3d_fields::debug_render::{FieldDebugRenderMode, FieldDebugRenderPipeline};
 use rapier3d_fields::diagnose::PotentialEnergy;
 use rapier3d_fields::prelude::*;
-use rapier3d_fields_scene::single::{Scene, SceneFile};
+use rapier3d_fields_scene::single::{Document, Scene, SceneFile};
 
 use crate::drawing::Lines;
 
@@ -24,8 +24,10 @@ pub struct Session {
     pub about: String,
     /// Steps since the scene was read.
     pub steps: usize,
-    /// The reason why the file or a step was refused.
-    pub problem: Option<String>,
+    /// The reason why the changed file was refused.
+    pub refused_file: Option<String>,
+    /// The reason why the last step was refused.
+    pub refused_step: Option<String>,
     /// The warnings of the last step.
     pub warnings: Vec<StepWarning>,
     pub drawing: FieldDebugRenderPipeline,
@@ -42,7 +44,8 @@ impl Session {
             scene,
             about,
             steps: 0,
-            problem: None,
+            refused_file: None,
+            refused_step: None,
             warnings: Vec::new(),
             drawing: FieldDebugRenderPipeline::new(Default::default(), mode),
         };
@@ -51,7 +54,7 @@ impl Session {
     }
 
     /// Reads the file anew if it has changed. Returns true if the scene is another one now; a file that is refused
-    /// leaves the scene as it is, and its error is the problem.
+    /// leaves the scene as it is.
     pub fn reload_if_changed(&mut self) -> bool {
         let changed = time_of(&self.path);
         if changed == self.changed {
@@ -61,28 +64,29 @@ impl Session {
         match read(&self.path) {
             Ok((scene, about)) => {
                 (self.scene, self.about) = (scene, about);
-                (self.steps, self.problem) = (0, None);
+                self.steps = 0;
+                (self.refused_file, self.refused_step) = (None, None);
                 self.warnings.clear();
                 self.scene.fields.set_timed(true);
                 true
             }
-            Err(problem) => {
-                self.problem = Some(problem);
+            Err(refused) => {
+                self.refused_file = Some(refused);
                 false
             }
         }
     }
 
-    /// Makes one step. A step that is refused leaves the world as it was, and its error is the problem.
+    /// Makes one step. A step that is refused leaves the world as it was.
     pub fn step(&mut self) {
         let Scene { world, fields, .. } = &mut self.scene;
         match fields.step(world) {
             Ok(_) => {
                 self.steps += 1;
-                self.problem = None;
+                self.refused_step = None;
                 self.warnings = fields.warnings().to_vec();
             }
-            Err(error) => self.problem = Some(error.to_string()),
+            Err(error) => self.refused_step = Some(error.to_string()),
         }
     }
 
