@@ -40,6 +40,7 @@ pub async fn draw(
     let mut surface = OffscreenSurface::new(SIZE[0], SIZE[1]).await;
     surface.set_background_color(Color::new(0.96, 0.96, 0.92, 1.0));
     surface.set_ambient(0.1);
+    surface.window_mut().set_shadows_enabled(false);
     let mut graphics = GraphicsManager::new();
     // Which also sets up the lights.
     graphics.clear();
