@@ -232,7 +232,8 @@ impl Fields {
     /// let wind = Field::uniform(Vector::X).within(Region::ball(1.0)).named("wind");
     /// let fields = Fields::new(wind)?;
     /// let values = fields.values_at(&[Vector::ZERO, Vector::X * 5.0], &world);
-    /// assert_eq!((values[0].force, &values[0].fields[..]), (Vector::X, &["field `wind`".into()][..]));
+    /// assert_eq!(values[0].force, Vector::X);
+    /// assert_eq!(values[0].fields, ["field `wind`"]);
     /// assert!(!values[1].is_defined);
     /// # Ok::<(), BuildError>(())
     /// ```
