@@ -165,8 +165,8 @@ impl Tree {
     ///
     /// The middle of the surface is the origin of `frame`, and +y is up. The fluid fills
     /// `half_extents.x` and `half_extents.z` to either side, and 2 `half_extents.y` downward.
-    /// `density` is that of the fluid, `gravity` the acceleration of gravity. `drag` is the rate at which velocities
-    /// decay in the fluid, in 1/time; the part of a body above the surface has no drag.
+    /// `density` is that of the fluid, `gravity` the acceleration of gravity downward, not negative. `drag` is the rate
+    /// at which velocities decay in the fluid, in 1/time; the part of a body above the surface has no drag.
     ///
     /// ```
     /// use rapier3d_fields::prelude::*;

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use super::{Law, alone};
-use crate::field::error::{BuildError, all_finite};
+use crate::field::error::{BuildError, finite, not_negative};
 use crate::field::query::{Alone, LocalQuery, Single};
 use crate::math::{DVec3, Real, to_f64};
 use crate::number::Vec3;
@@ -30,7 +30,7 @@ use crate::number::Vec3;
 pub struct Buoyancy {
     /// Mass per volume of the fluid.
     pub density: Real,
-    /// Acceleration of gravity, along −y.
+    /// Acceleration of gravity, along −y; not negative.
     pub gravity: Real,
 }
 
@@ -99,9 +99,8 @@ impl Law for Buoyancy {
     }
 
     fn validate(&self, field: &str) -> Result<(), BuildError> {
-        all_finite(
-            field,
-            &[("the density", self.density), ("the gravity", self.gravity)],
-        )
+        finite(field, "the density", self.density)?;
+        // A length of the vector, not its component upwards: the fluid would pull down everything in it.
+        not_negative(field, "the gravity", self.gravity)
     }
 }
