@@ -309,7 +309,7 @@ impl Field {
     /// that reacts, or each carries a field that does not: with two fields that react, each force acts twice.
     ///
     /// A field that reacts cannot be combined with fields of other bodies, except by the sum of union and as
-    /// [instances](Tree::instances).
+    /// [instances](crate::Tree::instances).
     pub fn reacting(mut self) -> Self {
         self.reacts = true;
         self
