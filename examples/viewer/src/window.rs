@@ -31,7 +31,7 @@ pub async fn show(catalogue: &Catalogue, mode: FieldDebugRenderMode) -> Result<(
         show_world(&mut viewer, &mut session);
         viewer.request_frame_all();
         run(&mut viewer, &mut session).await;
-        // What is drawn stays as it was chosen, in the next scene as well.
+        // The next scene is drawn with the parts chosen in this one.
         mode = session.drawing.mode;
     }
     Ok(())
