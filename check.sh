@@ -73,7 +73,7 @@ licences() {
 optional licences licences
 
 step "public names that a release had, and this one lacks"
-# Tests compare them with `docs/public-api.txt`; this compares types with those of the last release.
+# Tests compare them with `tests/public-api.txt`; this compares types with those of the last release.
 semver() {
     command -v cargo-semver-checks > /dev/null || return 77
     local released

@@ -2,6 +2,7 @@
 
 mod arena;
 mod changes;
+mod index;
 mod names;
 #[cfg(feature = "serde-serialize")]
 mod saved;
@@ -9,7 +10,6 @@ mod unchecked;
 mod validity;
 
 use std::collections::HashSet;
-use std::ops::{Index, IndexMut};
 
 use super::handle::{FieldHandle, TreeHandle};
 use super::leaf::Field;
@@ -27,9 +27,6 @@ pub(crate) use changes::Change;
 use changes::Changes;
 use names::FieldNames;
 use unchecked::Unchecked;
-
-/// The most names that a message lists.
-const NAMED: usize = 12;
 
 /// An operand of the outermost sum of union of a set. The forces of all terms add up, in their order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -520,18 +517,6 @@ impl FieldSet {
         &self.data
     }
 
-    /// The message for a key that finds no field, with the first names that do.
-    fn no_field(&self, key: &impl FieldKey) -> String {
-        let names = self.iter().filter_map(|(_, field)| field.name());
-        let names: Vec<String> = names.take(NAMED).map(|name| format!("`{name}`")).collect();
-        let there = if names.is_empty() {
-            "no field has a name".to_owned()
-        } else {
-            format!("there are {}", names.join(", "))
-        };
-        format!("the set has no field {}; {there}", key.describe())
-    }
-
     /// The changes since a revision; `None` if they are not known: everything may have changed.
     pub(crate) fn changes_since(
         &self,
@@ -575,29 +560,5 @@ impl<T: Into<Tree>> From<T> for FieldSet {
         let mut set = FieldSet::new();
         set.insert(tree);
         set
-    }
-}
-
-/// # Panics
-/// If there is no such field, as maps do.
-impl<K: FieldKey> Index<K> for FieldSet {
-    type Output = Field;
-
-    fn index(&self, key: K) -> &Field {
-        match key.find(self).and_then(|handle| self.get(handle)) {
-            Some(field) => field,
-            None => panic!("{}", self.no_field(&key)),
-        }
-    }
-}
-
-/// # Panics
-/// If there is no such field, as maps do.
-impl<K: FieldKey> IndexMut<K> for FieldSet {
-    fn index_mut(&mut self, key: K) -> &mut Field {
-        match key.find(self).filter(|handle| self.get(*handle).is_some()) {
-            Some(handle) => self.get_mut(handle).expect("found above"),
-            None => panic!("{}", self.no_field(&key)),
-        }
     }
 }

@@ -427,3 +427,35 @@ fn a_detection_field_on_an_invalid_handle_can_be_built() {
     let contact = Field::contact(ContactLaw::Observe).at(ColliderHandle::invalid());
     assert!(Fields::new(contact).is_ok());
 }
+
+#[test]
+#[should_panic(expected = "the set has no field named `pool`; there are `earth`, `belt`")]
+fn an_index_that_finds_no_field_lists_the_names() {
+    let named = |name| Field::uniform(Vector::X).named(name);
+    let fields = Fields::new(named("earth") + named("belt")).expect("a valid tree");
+    let _ = &fields["pool"];
+}
+
+#[test]
+fn a_pool_in_which_everything_would_sink_is_refused() {
+    let (half_extents, gravity) = (Vector::splat(4.0), -9.81);
+    let pool = Tree::pool(Vector::ZERO, half_extents, 1000.0, gravity, 1.0);
+    let error = Fields::new(pool).err().expect("a gravity below zero");
+    let expected = "field #0 (buoyancy): the gravity must be zero or more, and finite, but is -9.8";
+    assert!(error.to_string().starts_with(expected), "{error}");
+}
+
+#[test]
+fn a_time_that_is_not_finite_is_refused_when_it_is_set() {
+    let mut fields = Fields::new(Field::uniform(Vector::X)).expect("a valid tree");
+    fields.state.set_time(2.5).expect("a finite time");
+    for time in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+        let error = fields.state.set_time(time).expect_err("not finite");
+        assert!(
+            error
+                .to_string()
+                .starts_with("the value of axis `time` must be finite")
+        );
+        assert_eq!(fields.time(), 2.5);
+    }
+}

@@ -1,4 +1,4 @@
-//! The public names of the crate, with their signatures, are those of `docs/public-api.txt`.
+//! The public names of the crate, with their signatures, are those of `tests/public-api.txt`.
 //!
 //! `WRITE_API=1 cargo test --test it public_face::` writes the file anew. A line that is new is an addition; one that
 //! is gone or changed breaks programs, and belongs into CHANGELOG.md as **breaking**.
@@ -80,7 +80,7 @@ fn is_public(visibility: &Visibility) -> bool {
 
 #[test]
 fn the_public_names_are_those_of_the_file() {
-    let path = root().join("docs/public-api.txt");
+    let path = root().join("tests/public-api.txt");
     let lines: Vec<String> = face().into_iter().collect();
     let text = lines.join("\n") + "\n";
     if std::env::var_os("WRITE_API").is_some() {
