@@ -42,7 +42,7 @@ features() { # PACKAGE, FEATURES
 }
 # Rapier's own features, which are only passed through, appear once each, beside those that they go with. The lints
 # above cover `schemars`.
-for each in "" expression serde-serialize tracing \
+for each in "" expression,tracing serde-serialize \
     parallel,enhanced-determinism,debug-render,serde-serialize,expression \
     simd8,parallel,debug-render,serde-serialize,expression; do
     features rapier3d-fields "f32,$each"

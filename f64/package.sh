@@ -17,17 +17,11 @@ fi
 rm -rf "$folder"
 mkdir -p "$folder"
 cp -R "$root"/{src,docs,README.md,ARCHITECTURE.md,CHANGELOG.md,LICENSE-APACHE,LICENSE-MIT,Cargo.lock} "$folder"
-# A workspace of its own, with the same [workspace.package]; paths within the folder instead of those above it; without
-# tests and their dependencies.
+# A workspace of its own, with the same [workspace.package]; paths within the folder instead of those above it.
 {
     printf '[workspace]\n\n'
     sed -n '/^\[workspace.package\]/,/^$/p' "$root/Cargo.toml"
-    awk '
-        /^\[/ { skip = ($0 == "[[test]]" || $0 == "[dev-dependencies]") }
-        skip || /^#/ { next }
-        { gsub(/"\.\.\//, "\"") }
-        { print }
-    ' "$here/Cargo.toml"
+    sed -e '/^#/d' -e 's|"\.\./|"|g' "$here/Cargo.toml"
 } > "$folder/Cargo.toml"
 if grep -n '\.\./' "$folder/Cargo.toml"; then
     echo "f64/Cargo.toml: these paths lead out of the package" >&2

@@ -86,7 +86,7 @@ impl Sources {
         });
     }
 
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn on_cloud<S: Simd>(
         &self,
         simd: S,

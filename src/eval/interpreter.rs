@@ -145,7 +145,7 @@ impl<'a, T: QueryNumber> SampleContext<'a, T> {
     }
 
     /// Runs the steps of the program.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub(super) fn walk<S: Sets<T>>(&self, here: &S) -> Value<T, S::Set> {
         let undefined = Value::undefined(here.all(false.into()));
         let mut stack = Stack::<_, 8>::new(undefined);
@@ -191,7 +191,7 @@ impl<'a, T: QueryNumber> SampleContext<'a, T> {
             .then(|| (LocalQuery::moving(self.query, self.motion, frame), acts))
     }
 
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn leaf_value<S: Sets<T>>(&self, leaf: u32, here: &S) -> Value<T, S::Set> {
         let nowhere = here.all(false.into());
         let Some((local, acts)) = self.acting(leaf as usize) else {
@@ -217,7 +217,7 @@ impl<'a, T: QueryNumber> SampleContext<'a, T> {
         }
     }
 
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn force(&self, leaf: usize, local: &LocalQuery<'_, T>) -> Vec3<T> {
         let strength = self.program.strength(self.instance, leaf);
         T::apart(
@@ -226,7 +226,7 @@ impl<'a, T: QueryNumber> SampleContext<'a, T> {
         )
     }
 
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn modified<S: Sets<T>>(
         &self,
         number: u32,
@@ -248,7 +248,7 @@ impl<'a, T: QueryNumber> SampleContext<'a, T> {
 }
 
 /// The result of an operator on two operands; see the table at [`Operator`].
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 fn apply<T: QueryNumber, S: Sets<T>>(
     operator: Operator,
     u: Value<T, S::Set>,
@@ -288,7 +288,7 @@ impl<T: QueryNumber, S: Copy> Layers<T, S> {
         }
     }
 
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn add(&mut self, next: Value<T, S>, mode: &Override, here: &impl Sets<T, Set = S>) {
         let gathered = &mut self.value;
         gathered.defined = here.union(gathered.defined, next.defined);

@@ -135,7 +135,7 @@ impl Sources {
 
     /// [`Sources::add`] for sources that would not fill the lanes: several samples at once, with the sum over the
     /// sources in each lane. The order of sums is that of [`Accumulator::total`].
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn add_across<S: Simd>(
         &self,
         simd: S,
@@ -272,7 +272,7 @@ impl<S: Simd> Accumulator<S> {
     }
 
     /// Adds one source in each lane, given by its point, strength and owner, where `there` is set.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn meet(
         &mut self,
         law: impl Kernel,

@@ -448,3 +448,22 @@ fn every_instruction_set_gives_the_same_bits() {
     }
     FORCED.set(None);
 }
+
+/// Functions that are inlined take much stack where they are not optimised, as in builds for debugging. Threads have as
+/// little as half of a megabyte.
+#[test]
+fn evaluators_take_little_stack_without_optimisations() {
+    let evaluate = || {
+        let (crowd, composites, far) = (crowd(), Stage::new(programs), Stage::new(far));
+        for level in levels() {
+            FORCED.set(Some(level));
+            crowd.evaluate(&mut Radials::default(), all_radials, 0.0);
+            crowd.evaluate(&mut OneWayRadials::default(), all_radials, 0.0);
+            composites.evaluate(&mut Programs::default(), all_programs, 0.0);
+            far.evaluate(&mut Radials::default(), all_radials, 0.0);
+        }
+    };
+    let thread = std::thread::Builder::new().stack_size(512 << 10);
+    let evaluated = thread.spawn(evaluate).expect("a thread").join();
+    evaluated.expect("enough stack");
+}

@@ -411,7 +411,7 @@ impl Field {
     }
 
     /// [`Self::force`] with another strength than the field's own.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub(crate) fn force_of<T: QueryNumber>(
         &self,
         strength: Real,
@@ -464,7 +464,7 @@ impl Field {
     }
 
     /// The factor from the formula's vector to a force on the sample.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn weight<T: QueryNumber>(&self, local: &LocalQuery<'_, T>) -> T {
         let numbers = local.query.numbers();
         // The vector of a contact is a change of velocity, whatever the mode of the field.

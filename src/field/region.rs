@@ -336,7 +336,7 @@ impl Region {
     }
 
     /// The part of the neighbourhood that lies in the region.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub(crate) fn set<T: QueryNumber, S: Sets<T>>(
         &self,
         local: &LocalQuery<'_, T>,
@@ -362,7 +362,7 @@ impl Region {
 
     /// Depth of the sample inside the region, negative outside. Its size is at most the distance from the border, along
     /// whichever axis that is; without a border it is infinite. For sets over several axes see [`OverAxes::excess`].
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub(crate) fn depth<T: QueryNumber>(&self, local: &LocalQuery<'_, T>) -> T {
         let mut stack = Stack::<T, 4>::new(f64::NAN.into());
         for step in &self.steps {
@@ -405,7 +405,7 @@ impl Region {
 
 impl RegionStep {
     /// The part of the neighbourhood that lies in the set of a single step.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn set<T: QueryNumber, S: Sets<T>>(&self, local: &LocalQuery<'_, T>, here: &S) -> S::Set {
         let everywhere = here.all(true.into());
         match self {
@@ -439,7 +439,7 @@ impl RegionStep {
     }
 
     /// Depth of the sample in the set of a single step.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub(super) fn depth<T: QueryNumber>(&self, local: &LocalQuery<'_, T>) -> T {
         match self {
             RegionStep::Solid(solid, pose) => solid.depth(local.point, pose),

@@ -103,7 +103,7 @@ impl Solid {
 
     /// Visits the surfaces whose inner sides intersect in the solid. `pose` is the frame of the solid in that of the
     /// field; `point` and the directions visited are in the frame of the field.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub(super) fn for_each_surface<P: Plain>(
         &self,
         point: Vec3<P>,
@@ -131,7 +131,7 @@ impl Solid {
     }
 
     /// A surface by its number, in the frame of the solid.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn surface<P: Plain>(&self, number: usize, p: Vec3<P>) -> Option<Surface<P>> {
         let y = constant::<P>(DVec3::Y);
         let around_y = Vec3::new(p.x, P::from(0.0), p.z);
@@ -231,7 +231,7 @@ impl Solid {
 
     /// Depth of a point of the field's frame inside the solid, negative outside; no more than the distance from
     /// the surface.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub(super) fn depth<T: Number>(&self, point: Vec3<T>, pose: &Pose) -> T {
         let mut excess = T::from(f64::NEG_INFINITY);
         self.for_each_surface(

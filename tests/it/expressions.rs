@@ -100,7 +100,7 @@ fn long_expressions_need_no_stack() {
             DMat3::from_diagonal(DVec3::new(1000.0, 1.0, 1.0))
         );
     };
-    let thread = std::thread::Builder::new().stack_size(256 * 1024);
+    let thread = std::thread::Builder::new().stack_size(1024 * 1024);
     let thread = thread.spawn(work).expect("a thread");
     thread.join().expect("enough stack");
 }

@@ -26,12 +26,9 @@ const OUTSIDE: [&str; 6] = [
 
 pub fn root() -> PathBuf {
     let package = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let here = package.join("ARCHITECTURE.md").exists();
-    if here {
-        package.to_owned()
-    } else {
-        package.join("..")
-    }
+    let is_root = |folder: &&Path| folder.join("ARCHITECTURE.md").exists();
+    let root = package.ancestors().find(is_root);
+    root.expect("a folder above the package").to_owned()
 }
 
 fn sources() -> Sources {

@@ -1,6 +1,6 @@
 //! The tests that run every day, as modules of one program: it links once, in each precision.
 //!
-//! `cargo test --test it laws::` runs one module. Both packages build these sources.
+//! `cargo test --test it laws::` runs one module. The package in `tests/f64/` builds them, too.
 
 #[cfg(feature = "f64")]
 extern crate rapier3d_fields_f64 as rapier3d_fields;

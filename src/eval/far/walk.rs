@@ -108,7 +108,7 @@ impl<'a> CellWalk<'a> {
         block.sums = dispatch!(level(), simd => self.sum(simd, block));
     }
 
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn sum<S: Simd>(&self, simd: S, block: &Block) -> [[f64; WIDTH]; 3] {
         let mut seen = Seen::new(simd, block);
         let mut number = 0;

@@ -91,7 +91,7 @@ impl Laws {
         tiles.join();
     }
 
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn meet_all<S: Simd, const FORM: u32>(
         &self,
         simd: S,
@@ -147,7 +147,7 @@ struct LawRegisters<'a, S: Simd> {
 }
 
 /// Subtracts from the sums of four sites the reactions of two sites of another tile.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 fn subtract<S: Simd>(simd: S, sums: &mut [Row; 3], back: [Eight<S>; 3]) {
     for (sum, back) in sums.iter_mut().zip(back) {
         let (a, b) = back.split();
@@ -176,7 +176,7 @@ struct There<'a, S: Simd> {
 }
 
 impl<'a, S: Simd> There<'a, S> {
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn new(simd: S, tiles: &'a Tiles, tile: usize, other: usize) -> Self {
         let [x, y, z] = &tiles.points[other];
         let charges = tiles.charges(other);
@@ -208,7 +208,7 @@ struct TileHalf<'a, S: Simd> {
 }
 
 impl<S: Simd> TileHalf<'_, S> {
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn new(simd: S, tiles: &Tiles, tile: usize, first: usize) -> TileHalf<'_, S> {
         let [x, y, z] = &tiles.points[tile];
         let charges = tiles.charges(tile);
@@ -241,7 +241,7 @@ impl<S: Simd> TileHalf<'_, S> {
 
     /// Adds the forces of the other tile's sites to `on`, and returns the reactions on these sites, with the
     /// opposite sign.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn meet<const FORM: u32>(
         &self,
         laws: &LawRegisters<'_, S>,
@@ -321,7 +321,7 @@ struct PairPull<S: Simd, const FORM: u32> {
 
 impl<S: Simd, const FORM: u32> PairPull<S, FORM> {
     /// Adds the value of a law. Selected, since it may be infinite where the pair is not coupled.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn add(&mut self, value: Eight<S>, own: Charges<S>, other: Charges<S>) {
         let zero = Eight::splat(value.simd, 0.0);
         let ([strength, weight], [their_strength, their_weight]) = (own, other);

@@ -32,7 +32,7 @@ pub(crate) trait Law {
     fn vector<T: QueryNumber>(&self, local: &LocalQuery<'_, T>) -> Vec3<T>;
 
     /// The vector times a strength, before a bound is applied.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn times<T: QueryNumber>(&self, strength: f64, local: &LocalQuery<'_, T>) -> Vec3<T> {
         self.vector(local) * T::from(strength)
     }

@@ -113,19 +113,19 @@ macro_rules! with_law {
 
 impl Formula {
     /// The vector at a sample, in the field's frame.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub(crate) fn vector<T: QueryNumber>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
         with_law!(self, law => law.vector(local))
     }
 
     /// The vector as the flow of a wind. A separate function, since a recursive one would not be inlined.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn flow<T: QueryNumber>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
         with_law!(self, law => law.vector(local), wind: law.within_a_wind(local))
     }
 
     /// The vector times a strength, before a law's own bound is applied.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub(crate) fn times<T: QueryNumber>(
         &self,
         strength: f64,
@@ -270,7 +270,7 @@ impl Law for Wind {
         "wind"
     }
 
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn vector<T: QueryNumber>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
         let past = local.velocity - self.flow.flow(local);
         let cap = to_f64(self.speed_cap);

@@ -70,7 +70,7 @@ impl Law for Nearest {
 
     alone!();
 
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn times<T: QueryNumber>(&self, strength: f64, local: &LocalQuery<'_, T>) -> Vec3<T> {
         let vector = self.unbounded().vector(local) * T::from(strength);
         match self.radial.strongest {

@@ -257,12 +257,12 @@ impl Law for Radial {
         self.profile.kind()
     }
 
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn vector<T: QueryNumber>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
         local.point * self.factor(local.point.dot(local.point))
     }
 
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn times<T: QueryNumber>(&self, strength: f64, local: &LocalQuery<'_, T>) -> Vec3<T> {
         let vector = self.unbounded().vector(local) * T::from(strength);
         match self.strongest {

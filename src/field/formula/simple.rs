@@ -25,7 +25,7 @@ impl Law for Uniform {
         "uniform"
     }
 
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn vector<T: QueryNumber>(&self, _: &LocalQuery<'_, T>) -> Vec3<T> {
         constant(to_dvec3(self.vector))
     }
@@ -66,7 +66,7 @@ impl Law for Spring {
         "spring"
     }
 
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn vector<T: QueryNumber>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
         let (k, rest) = (to_f64(self.stiffness), to_f64(self.rest_length));
         let d = local.point;

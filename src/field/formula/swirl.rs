@@ -42,7 +42,7 @@ impl Law for Swirl {
         "swirl"
     }
 
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn vector<T: QueryNumber>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
         let (x, z) = (local.point.x, local.point.z);
         let core = to_f64(self.core);

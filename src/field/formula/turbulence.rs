@@ -209,7 +209,7 @@ impl Waves {
     }
 
     /// The flow at several points: wave by wave, added in the same order as in [`Self::at_one`].
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn at_several<P: Plain>(&self, point: Vec3<P>, time: f64) -> Vec3<P> {
         let mut flow = Vec3::zero();
         for lane in 0..LANES {
@@ -228,7 +228,7 @@ impl Law for Turbulence {
         "turbulence"
     }
 
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn vector<T: QueryNumber>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
         let (point, time) = (local.point, local.query.numbers().time);
         let Some(one) = local.single() else {

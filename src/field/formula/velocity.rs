@@ -26,7 +26,7 @@ pub struct Drag {
 
 impl Drag {
     /// The force on a sample that moves with `velocity` through the medium.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub(crate) fn force<T: Number>(&self, velocity: Vec3<T>) -> Vec3<T> {
         let (linear, quadratic) = (to_f64(self.linear), to_f64(self.quadratic));
         if quadratic == 0.0 {
@@ -41,7 +41,7 @@ impl Law for Drag {
         "drag"
     }
 
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn vector<T: QueryNumber>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
         self.force(local.velocity)
     }
@@ -80,7 +80,7 @@ impl Law for Magnetic {
         "magnetic"
     }
 
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn vector<T: QueryNumber>(&self, local: &LocalQuery<'_, T>) -> Vec3<T> {
         local.velocity.cross(constant(to_dvec3(self.field)))
     }
