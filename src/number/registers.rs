@@ -10,6 +10,9 @@ thread_local! {
 
 /// Calls `function`, compiled for the widest registers of the machine. If it is not inlined, it is compiled for the
 /// narrowest ones.
+///
+/// The large parts of such functions are inlined unless there are debug assertions: without optimisations each inlined
+/// call has its own place on the stack, which together exceed the stack of a thread.
 #[inline(always)]
 pub(crate) fn in_registers<R>(function: impl FnOnce() -> R) -> R {
     match level() {
