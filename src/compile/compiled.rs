@@ -38,6 +38,8 @@ pub(crate) struct Compiled {
     pub reads_velocity: bool,
     /// True if any field but drag and wind in [closed form](Program::as_drag) depends on velocities.
     pub reads_velocity_otherwise: bool,
+    /// True if any term does not depend on velocities.
+    pub ignores_velocity_in_part: bool,
     /// True if any field depends on the user's axes.
     pub reads_user_axes: bool,
     /// True if any field may change with time while its anchor stands still.

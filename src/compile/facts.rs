@@ -33,8 +33,10 @@ impl Facts {
     const APART: u32 = 12;
     /// Depends on velocities, and is not drag or wind in closed form.
     pub(super) const READS_VELOCITY_OTHERWISE: u32 = 13;
+    /// Does not depend on velocities.
+    pub(super) const IGNORES_VELOCITY: u32 = 14;
     /// Samples parts other than balls at the first of [`Points::ALL`]; the next flags are for the other points.
-    const SEVERAL: u32 = 14;
+    const SEVERAL: u32 = 15;
     /// The same for balls, too.
     const SEVERAL_OF_BALLS: u32 = Self::SEVERAL + Points::ALL.len() as u32;
     const COUNT: usize = Self::SEVERAL_OF_BALLS as usize + Points::ALL.len();
@@ -82,6 +84,7 @@ impl Facts {
             }
             facts.set_if(Self::MOVES, nodes.anchors_at(*place).iter().any(moves));
         }
+        facts.set_if(Self::IGNORES_VELOCITY, !facts.holds(Self::READS_VELOCITY));
         facts
     }
 }

@@ -222,6 +222,7 @@ impl Compiled {
         self.requirements.parts |= !self.overrides.is_empty();
         self.reads_velocity = tally.any(Facts::READS_VELOCITY);
         self.reads_velocity_otherwise = tally.any(Facts::READS_VELOCITY_OTHERWISE);
+        self.ignores_velocity_in_part = tally.any(Facts::IGNORES_VELOCITY);
         self.reads_time = tally.any(Facts::READS_TIME);
         self.reads_user_axes = tally.any(Facts::READS_USER_AXES);
         self.torque_possible = tally.any(Facts::TURNS) || !self.overrides.is_empty();

@@ -11,8 +11,8 @@ use crate::rapier::na::Vector6;
 use crate::rigid::{Lookup, Wrench, of_wrench, velocities};
 
 impl Integrator {
-    /// The part of a body's wrench that reads velocities, and its slope: for drag and wind from the last evaluation,
-    /// for other fields from the lineariser.
+    /// The wrench of the terms that read velocities on a body, and its slope: for drag and wind from the last
+    /// evaluation, for other fields from the lineariser.
     fn by_velocity(
         &mut self,
         context: &StepContext<'_, impl Lookup>,
@@ -52,6 +52,7 @@ impl Integrator {
         evaluation.couplings.clear();
         for place in 0..evaluation.bodies.len() {
             let (wrench, body) = (evaluation.wrenches[place], &context.bodies[place]);
+            let evaluated = of_wrench(wrench);
             let felt = wrench != Wrench::ZERO;
             // Drag acts on a body that begins at rest, too, once it moves.
             let still = !body.sleeping && [body.linvel, body.angvel] == [Vector::ZERO; 2];
@@ -60,11 +61,11 @@ impl Integrator {
                 let (part, slope) = self.by_velocity(context, place);
                 if felt || !slope.is_zero() {
                     let sampled_at = velocities(body);
+                    // Other terms may be weaker by any factor, and are not to be lost.
+                    let in_part = context.compiled.ignores_velocity_in_part;
+                    let precise = if in_part { &evaluated } else { &part };
                     coupling = Some(LinearisedWrench::new(
-                        &part,
-                        slope,
-                        &of_wrench(wrench),
-                        sampled_at,
+                        precise, slope, &evaluated, sampled_at,
                     ));
                 }
             }

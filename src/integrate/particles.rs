@@ -101,7 +101,10 @@ impl Particles {
                 let slope = Slope::of_body(&own.by_velocity);
                 let at = six(to_dvec3(centres[place].velocity), DVec3::ZERO);
                 let felt = slope.is_finite() && !slope.is_zero();
-                felt.then(|| LinearisedWrench::new(&own.wrench, slope, &of_wrench(*force), at))
+                let evaluated = of_wrench(*force);
+                let in_part = scene.compiled.ignores_velocity_in_part;
+                let precise = if in_part { &evaluated } else { &own.wrench };
+                felt.then(|| LinearisedWrench::new(precise, slope, &evaluated, at))
             });
             self.couplings.push(coupling.flatten());
         }

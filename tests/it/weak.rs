@@ -180,3 +180,19 @@ fn wind_pushes_a_box_over_ice_and_lets_it_sleep_on_the_floor() {
         assert!(asleep, "on the floor, {weak}");
     }
 }
+
+/// The velocity along the magnetic field stayed zero, and should be 2.5e-7 m/s after a second: a force of less than 1e-5 of
+/// those that read velocities was taken for their rounding.
+#[test]
+fn forces_that_are_weak_beside_those_that_read_velocities_act() {
+    for scheme in SCHEMES {
+        let mut world = weightless(DT);
+        let ball = ball(&mut world, Vector::ZERO, Vector::X * 100.0);
+        let field = Field::magnetic(Vector::Z * 1e-3).coupled_to(Coupling::Share);
+        let weak = Field::uniform(Vector::Z * 5e-7).within(Region::ball(1e5));
+        let mut fields = build(field.sum_union(weak), scheme);
+        steps(&mut fields, &mut world, 60);
+        let along = to_f64(world.bodies[ball].linvel().z);
+        assert!((along / 2.5e-7 - 1.0).abs() < 1e-3, "{scheme:?}: {along:e}");
+    }
+}
