@@ -133,8 +133,8 @@ pub(super) fn manifold_points(
     near.map(|(point, _)| point).collect()
 }
 
-/// The nearest points of two shapes, if they are within `far`. An error for shapes between which Parry has manifolds
-/// only.
+/// The nearest points of two shapes, if they are within `far`; none if that is negative or NaN, for which Parry panics. An
+/// error for shapes between which Parry has manifolds only.
 pub(super) fn nearest(
     shapes: [&SharedShape; 2],
     relative: &Pose,
@@ -144,6 +144,9 @@ pub(super) fn nearest(
     let [first, second] = shapes.map(|shape| &*shape.0);
     if has_voxels(first) || has_voxels(second) {
         return Err(Unsupported);
+    }
+    if far.is_nan() || far < 0.0 {
+        return Ok(None);
     }
     query::contact(&Pose::IDENTITY, first, relative, second, far)
 }

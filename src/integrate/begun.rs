@@ -3,7 +3,7 @@
 use super::StepContext;
 use super::coupling::Besides;
 use super::evaluation::Evaluation;
-use super::motion::{Completion, Motions, Resolved, VelocityUpdate, kicked};
+use super::motion::{Completion, Faster, Motions, Resolved, VelocityUpdate, bearable, kicked};
 use crate::math::{DVec3, Real, RigidBodyHandle, Vector, from_f64, to_dvec3, to_f64};
 use crate::rigid::{
     Body, Lookup, MidStepImpact, Mobility, Wrench, find_by, rounded, to_dquat, velocities,
@@ -95,24 +95,26 @@ pub(super) struct BegunBody<'a> {
 }
 
 impl BegunBody<'_> {
-    /// The second half for a body that gets no kick.
+    /// The second half for a body that gets no kick. Nothing is written if the body would be too fast.
     pub(super) fn complete(
         self,
         context: &StepContext<'_, impl Lookup>,
         evaluation: &Evaluation,
         place: usize,
         motions: &mut Motions,
-    ) {
+    ) -> Result<(), Faster> {
         if self.completion == Some(Completion::Sloped) {
-            let update = self.end_of_load(context, evaluation, place);
-            motions.updates.extend(update);
-            return;
+            if let Some(update) = self.end_of_load(context, evaluation, place) {
+                motions.updates.push(bearable(update)?);
+            }
+            return Ok(());
         }
         let (body, wrench) = (&context.bodies[place], evaluation.wrenches[place]);
         if let Some((update, error)) = self.step.after_hit(body, wrench, context.dt) {
-            motions.updates.push(update);
+            motions.updates.push(bearable(update)?);
             motions.note_hit(body.handle, error);
         }
+        Ok(())
     }
 
     /// The second half for a body that was loaded with the mean of a force that reads velocities: the effect of the

@@ -3,9 +3,9 @@
 use super::begun::{BegunBody, BegunStep};
 use super::evaluation::Evaluation;
 use super::fault::{Fault, FaultKind, FaultPolicy};
-use super::kick::{Faster, Kick};
+use super::kick::Kick;
 use super::method::{Method, method_of, together};
-use super::motion::Motions;
+use super::motion::{Faster, Motions};
 use super::spins::SpinRules;
 use super::{Integrator, StepContext};
 use crate::math::Real;
@@ -77,14 +77,24 @@ impl Integrator {
         });
         // The places of bodies that are too fast, and the speed of the first.
         let mut too_fast: Option<(Vec<usize>, Real)> = None;
+        let note = |known: &mut Option<(Vec<usize>, Real)>, place, speed| {
+            known
+                .get_or_insert_with(|| (Vec::new(), speed))
+                .0
+                .push(place);
+        };
         for (place, body) in context.bodies.iter().enumerate() {
             let begun = begun.map(|begun| BegunBody {
                 step: begun,
                 completion: begun.motions.next_completion(&mut at, body.handle),
             });
             let Some(method) = method_of(context, evaluation, begun, place) else {
-                if let Some(begun) = begun {
-                    begun.complete(context, evaluation, place, motions);
+                let completed = begun.map(|it| it.complete(context, evaluation, place, motions));
+                if let Some(Err(Faster(speed))) = completed {
+                    note(&mut too_fast, place, speed);
+                    if policy == FaultPolicy::Refuse {
+                        break;
+                    }
                 }
                 continue;
             };
@@ -116,8 +126,7 @@ impl Integrator {
             let mut done = kick.done(method, motions);
             if let Err(Faster(speed)) = done {
                 drop(motions);
-                let known = too_fast.get_or_insert_with(|| (Vec::new(), speed));
-                known.0.push(place);
+                note(&mut too_fast, place, speed);
                 match policy {
                     FaultPolicy::Refuse => break,
                     FaultPolicy::Quarantine => continue,

@@ -7,7 +7,7 @@ use super::evaluation::Evaluation;
 use super::free_motion::FreeMotion;
 use super::implicit::implicit_change;
 use super::method::Method;
-use super::motion::{Completion, FASTEST, Load, Motions, Start, VelocityUpdate, kicked};
+use super::motion::{Completion, Faster, Load, Motions, Start, VelocityUpdate, bearable, kicked};
 use crate::math::{DVec3, Real, Vector, from_dvec3, to_dvec3, to_f64};
 use crate::number::{constant, real};
 use crate::rapier::na::Vector6;
@@ -18,9 +18,6 @@ use crate::rigid::{
 /// A force that a kick has changed by more than this share is evaluated again in the next step: for one that grows with
 /// the square of the speed, the slope alone would be off by a quarter of the share's square, 2.5e-3.
 const OUTDATED: f64 = 0.1;
-
-/// The error that the speed of a body, given here, would be beyond the limit.
-pub(super) struct Faster(pub(super) Real);
 
 /// New velocities of a body, and the angular impulse that is part of them.
 pub(super) type Kicked = (VelocityUpdate, DVec3);
@@ -72,11 +69,7 @@ impl<W: Lookup> Kick<'_, W> {
         let Some((update, twist)) = kicked else {
             return Ok(None);
         };
-        let speed = update.linvel.length();
-        if !(speed <= FASTEST && update.angvel.length() <= FASTEST) {
-            return Err(Faster(speed));
-        }
-        let wake = self.wake;
+        let (update, wake) = (bearable(update)?, self.wake);
         Ok(Some((VelocityUpdate { wake, ..update }, twist)))
     }
 

@@ -16,6 +16,16 @@ pub(crate) const FASTEST: Real = 1.8e19;
 #[cfg(feature = "f64")]
 pub(crate) const FASTEST: Real = 1.3e154;
 
+/// The error that the speed of a body, given here, would be beyond the limit.
+pub(super) struct Faster(pub(super) Real);
+
+/// Returns an error if new velocities are not finite, or beyond the limit.
+pub(super) fn bearable(update: VelocityUpdate) -> Result<VelocityUpdate, Faster> {
+    let speed = update.linvel.length();
+    let bears = speed <= FASTEST && update.angvel.length() <= FASTEST;
+    bears.then_some(update).ok_or(Faster(speed))
+}
+
 /// New velocities and loads of bodies, not yet written, and the rotations and paths that Rapier carries out with them.
 #[derive(Debug, Default)]
 pub(crate) struct Motions {

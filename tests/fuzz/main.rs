@@ -31,9 +31,12 @@ use bits::bits;
 use draw::Draw;
 use edits::Edits;
 
-/// Seeds of cases that failed once: three panics, and a search without an end. They fail again if their corrections are
-/// undone. After a change of what is drawn, new seeds of these faults have to be found.
-const FOUND: [u64; 4] = [76, 353, 41500, 7_000_865];
+/// Seeds of cases that failed once: four panics, a search without an end, and two velocities that were not finite. They
+/// fail again, in one of the precisions, if their corrections are undone. After a change of what is drawn, new seeds of
+/// these faults have to be found.
+const FOUND: [u64; 7] = [
+    76, 353, 41500, 7_000_865, 20_009_699, 20_021_949, 30_007_163,
+];
 
 /// A longer step is a fault: in these small worlds the longest one seen takes seconds.
 const LONGEST: Duration = Duration::from_secs(60);
@@ -49,15 +52,25 @@ fn is_finite(body: &RigidBody) -> bool {
 /// Rapier alone may turn bodies faster than this into ones that are not finite.
 const ABSURD: Real = 1e9;
 
-/// Whether an enabled body is not finite, or absurdly fast. Bodies that Rapier has put in quarantine do not count: it
-/// goes on placing the links of a multibody although they are disabled.
-fn is_wild(world: &PhysicsWorld) -> bool {
+/// Whether an enabled body is absurdly fast. Fields may push bodies to speeds whose squares are just finite; Rapier's
+/// solver multiplies them with masses and lever arms, and so makes others infinite.
+fn is_absurd(world: &PhysicsWorld) -> bool {
     let speed = |body: &RigidBody| body.linvel().length().max(body.angvel().length());
-    let wild = |body: &RigidBody| !is_finite(body) || speed(body) > ABSURD;
-    world
-        .bodies
-        .iter()
-        .any(|(_, body)| body.is_enabled() && wild(body))
+    let mut bodies = world.bodies.iter();
+    bodies.any(|(_, body)| body.is_enabled() && speed(body) > ABSURD)
+}
+
+/// Whether an enabled body is not finite, absurdly fast, or a massless link. Bodies that Rapier has put in quarantine do
+/// not count: it goes on placing the links of a multibody although they are disabled.
+fn is_wild(world: &PhysicsWorld) -> bool {
+    let links = &world.multibody_joints;
+    // The mass matrix of a multibody with massless links can be singular: any force on one may move it to infinity.
+    let massless =
+        |handle, body: &RigidBody| body.mass() == 0.0 && links.rigid_body_link(handle).is_some();
+    let wild = |(handle, body): (_, &RigidBody)| {
+        body.is_enabled() && (!is_finite(body) || massless(handle, body))
+    };
+    is_absurd(world) || world.bodies.iter().any(wild)
 }
 
 /// The fields of a case: the first valid ones of ten draws. Others are refused, as they should be.
@@ -104,6 +117,7 @@ fn run(seed: u64, with_fields: bool) -> Outcome {
             // The world makes this step without fields.
             world.step();
         } else if !was_wild
+            && !is_absurd(&world)
             && world
                 .bodies
                 .iter()
@@ -130,8 +144,9 @@ fn attempt(seed: u64, with_fields: bool) -> Outcome {
 fn judge(seed: u64) -> Option<String> {
     let first = attempt(seed, true);
     match &first {
-        Ok(_) if seed.is_multiple_of(4) && attempt(seed, true) != first => {
-            Some("not the same bits twice".to_owned())
+        Ok(_) if seed.is_multiple_of(4) => {
+            let again = attempt(seed, true);
+            (again.is_ok() && again != first).then(|| "not the same bits twice".to_owned())
         }
         Ok(_) => None,
         Err(fault) => {
