@@ -71,6 +71,7 @@ mod pages;
 mod potentials;
 #[cfg(feature = "f32")]
 mod public_face;
+mod random_motions;
 #[cfg(feature = "f32")]
 mod readme;
 mod reference_dimers;
