@@ -5,7 +5,7 @@ use rapier3d_fields::math::{ColliderHandle, Pose, RigidBodyHandle};
 use rapier3d_fields::prelude::*;
 
 use crate::support::bits::bits;
-use crate::support::{insert_ball, weightless};
+use crate::support::{cases, insert_ball, weightless};
 
 const SCHEMES: [Scheme; 8] = [
     Scheme::KickDriftKick,
@@ -499,14 +499,8 @@ fn hostile_field() -> impl Strategy<Value = Field> {
         })
 }
 
-/// Number of random cases, which differ between runs; `HOSTILE_CASES=10000` tries more.
-fn hostile_cases() -> u32 {
-    let cases = std::env::var("HOSTILE_CASES").ok();
-    cases.and_then(|it| it.parse().ok()).unwrap_or(1000)
-}
-
 proptest! {
-    #![proptest_config(ProptestConfig { cases: hostile_cases(), failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(cases(1000))]
 
     /// Hostile numbers in random trees: an error that leaves the world alone, or a step after
     /// which every body that was finite still is.

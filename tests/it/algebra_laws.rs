@@ -5,9 +5,10 @@ use rapier3d_fields::math::DVec3;
 use rapier3d_fields::prelude::*;
 use rapier3d_fields::reference::Reference;
 
+use crate::support::cases;
 use crate::support::model::model as composite;
 use crate::support::model::{
-    self, Point, apply, cases, figure_1, force, leaf, nested, operator, points, query, same, vector,
+    self, Point, apply, figure_1, force, leaf, nested, operator, points, query, same, vector,
 };
 
 proptest! {

@@ -14,6 +14,7 @@ use rapier3d_fields::math::{DMat3, DVec3};
 use rapier3d_fields::prelude::*;
 use rapier3d_fields::reference::Reference;
 
+use crate::support::cases;
 use crate::support::trees::{
     self, FormulaPlan, LeafPlan, Numbers, ScalarPlan, TermPlan, reference,
 };
@@ -170,11 +171,9 @@ fn query((place, velocity, charge): &SamplePlan) -> Query {
 #[test]
 fn derivatives_of_composites_equal_their_differences() {
     let config = ProptestConfig {
-        cases: 3000,
-        failure_persistence: None,
         // In single precision only terms that are exact are compared.
-        max_global_rejects: 100_000,
-        ..ProptestConfig::default()
+        max_global_rejects: u32::MAX,
+        ..cases(3000)
     };
     let (compared, defined) = (Cell::new(0), Cell::new(0));
     let plans = (

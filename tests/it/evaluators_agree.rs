@@ -10,6 +10,7 @@ use rapier3d_fields::math::{DVec3, Real, to_dvec3, to_f64};
 use rapier3d_fields::plan::IndexKind;
 use rapier3d_fields::prelude::*;
 
+use crate::support::cases;
 use crate::support::trees::{
     self, FormulaPlan, LeafPlan, Numbers, RegionPlan, ScalarPlan, TermPlan,
 };
@@ -109,15 +110,6 @@ fn agree_off_borders(world: &mut World, terms: &[TermPlan]) -> Result<(), TestCa
 
 fn terms(numbers: Numbers, most: usize) -> impl Strategy<Value = Vec<TermPlan>> {
     proptest::collection::vec(trees::term(numbers), 1..=most)
-}
-
-/// This number of cases; failures are not stored, since they print their plans in full.
-fn cases(cases: u32) -> ProptestConfig {
-    ProptestConfig {
-        cases,
-        failure_persistence: None,
-        ..ProptestConfig::default()
-    }
 }
 
 proptest! {

@@ -3,6 +3,7 @@
 //! Random trees are edited at random. After edits, the plan and the wrenches on all bodies equal those of fields made
 //! from the set at once, and the wrenches equal those of the reference within rounding.
 
+use crate::support::cases;
 use crate::support::trees::{self, Numbers, TermPlan, rounding};
 use crate::support::worlds::{self, World, bodies};
 
@@ -274,11 +275,7 @@ fn run(world: World, terms: &[TermPlan], edits: &[Edit]) -> Result<(), TestCaseE
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig {
-        cases: 300,
-        failure_persistence: None,
-        ..ProptestConfig::default()
-    })]
+    #![proptest_config(cases(300))]
 
     /// With edits of every kind of tree, in any order.
     #[test]

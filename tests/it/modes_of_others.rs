@@ -9,6 +9,8 @@ use rapier3d_fields::math::{DVec3, to_dvec3};
 use rapier3d_fields::prelude::*;
 use rapier3d_fields::reference::Reference;
 
+use crate::support::cases;
+
 /// A box, and the vector of the field in it.
 #[derive(Clone, Debug)]
 struct Zone {
@@ -342,9 +344,7 @@ fn lammps_loop(fixes: &[(Zone, Fix)], point: DVec3) -> Option<DVec3> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig {
-        cases: 300, failure_persistence: None, ..ProptestConfig::default()
-    })]
+    #![proptest_config(cases(300))]
 
     #[test]
     fn godot_areas_override_as_documented(

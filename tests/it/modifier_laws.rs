@@ -5,8 +5,9 @@ use proptest::prelude::*;
 use rapier3d_fields::math::DVec3;
 use rapier3d_fields::prelude::*;
 
+use crate::support::cases;
 use crate::support::model::model as composite;
-use crate::support::model::{apply, cases, force, nested, points, same};
+use crate::support::model::{apply, force, nested, points, same};
 
 /// One to four random composites.
 fn composites() -> impl Strategy<Value = Vec<Tree>> {

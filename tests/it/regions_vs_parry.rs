@@ -11,6 +11,8 @@ use rapier3d_fields::rapier::parry::math::IVector;
 use rapier3d_fields::rapier::parry::shape::{HalfSpace, Shape, TriMeshFlags};
 use rapier3d_fields::reference::Reference;
 
+use crate::support::cases;
+
 /// Hundreds of roundings at the distances used here, in `f32`.
 const BAND: Real = 1e-3;
 
@@ -18,14 +20,6 @@ const BAND: Real = 1e-3;
 const REACH: Real = 4.0;
 
 const POINTS: usize = 64;
-
-fn cases(cases: u32) -> ProptestConfig {
-    ProptestConfig {
-        cases,
-        failure_persistence: None,
-        ..ProptestConfig::default()
-    }
-}
 
 fn size() -> impl Strategy<Value = Real> {
     (0.1..2.5_f64).prop_map(|x| x as Real)

@@ -7,6 +7,7 @@ use rapier3d_fields::rapier::parry::shape::{HeightField, HeightFieldCellStatus};
 use rapier3d_fields::rapier::parry::utils::Array2;
 use rapier3d_fields_lab::random::Random;
 
+use crate::support::cases;
 use crate::support::formats::{FORMATS, Format};
 use crate::support::trees::{self, Numbers, TermPlan};
 use crate::support::worlds::{World, bodies};
@@ -56,11 +57,7 @@ fn terms(numbers: Numbers) -> impl Strategy<Value = Vec<TermPlan>> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig {
-        cases: 500,
-        failure_persistence: None,
-        ..ProptestConfig::default()
-    })]
+    #![proptest_config(cases(500))]
 
     #[test]
     fn trees_of_integers_come_back(
@@ -272,11 +269,8 @@ fn damaged_bytes_give_an_error_or_a_tree() {
     use proptest::test_runner::TestRunner;
     let mut runner = TestRunner::deterministic();
     let mut random = Random::new(11);
-    let cases = std::env::var("HOSTILE_CASES")
-        .ok()
-        .and_then(|n| n.parse().ok());
     let (mut read, mut ran) = (0, 0);
-    for _ in 0..cases.unwrap_or(150) {
+    for _ in 0..cases(150).cases {
         let mut draw = |s: &mut dyn FnMut(&mut TestRunner)| s(&mut runner);
         let (mut plans, mut plan) = (Vec::new(), Vec::new());
         draw(&mut |runner| plans = bodies(3, 1..=3).new_tree(runner).expect("bodies").current());

@@ -5,6 +5,7 @@ use rapier3d_fields::field::Query;
 use rapier3d_fields::prelude::*;
 use rapier3d_fields::reference::{Contribution, Fate, Reference, Trace};
 
+use crate::support::cases;
 use crate::support::trees::{self, AnchorPlan, Numbers, TermPlan};
 use crate::support::worlds::{World, bodies};
 
@@ -75,9 +76,7 @@ fn trace(tree: &Tree, world: &World, query: &Query) -> Trace {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig {
-        cases: 3000, failure_persistence: None, ..ProptestConfig::default()
-    })]
+    #![proptest_config(cases(3000))]
 
     /// The vectors that count sum to the force, and the fate of each field fits whether it acts.
     #[test]

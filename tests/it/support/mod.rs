@@ -11,6 +11,7 @@ pub mod numbers;
 pub mod trees;
 pub mod worlds;
 
+use proptest::test_runner::Config;
 use rapier3d_fields::math::{DQuat, DVec3, Pose, Real, Rotation, from_dvec3, from_f64};
 use rapier3d_fields::prelude::*;
 
@@ -169,4 +170,17 @@ pub fn insert_ball(
 pub fn build(tree: impl Into<Tree>, scheme: Scheme) -> Fields {
     let builder = Fields::builder(tree).scheme(scheme);
     builder.build().expect("a valid tree")
+}
+
+/// This number of random cases, which differ between runs; `CASES_TIMES=100` tries a hundred times as many. Failures are
+/// not stored, since they print their plans in full.
+pub fn cases(cases: u32) -> Config {
+    let times = std::env::var("CASES_TIMES").map_or(1, |it| it.parse().expect("a number"));
+    let usual = Config::default();
+    Config {
+        cases: cases * times,
+        max_global_rejects: usual.max_global_rejects.saturating_mul(times),
+        failure_persistence: None,
+        ..usual
+    }
 }

@@ -318,12 +318,3 @@ pub fn same(law: &str, left: &Tree, right: &Tree, points: &[Point]) -> Result<()
     }
     Ok(())
 }
-
-/// A number of cases; failures are not stored, since they print their plans in full.
-pub fn cases(cases: u32) -> ProptestConfig {
-    ProptestConfig {
-        cases,
-        failure_persistence: None,
-        ..ProptestConfig::default()
-    }
-}
