@@ -42,19 +42,14 @@ pub fn prepare(folder: &Path, count: usize, seed: u64, room: &str) {
         if wrong.is_empty() {
             break;
         }
-        let before = chosen.len();
-        let (lines, starts) = (&wrong, Lines::of(&sources, &chosen));
-        chosen.retain(|it| {
-            let own = starts.of_change(it);
-            !lines
-                .iter()
-                .any(|(file, line)| *file == it.file && own.contains(line))
-        });
-        println!("{} do not compile", before - chosen.len());
+        let lines = Lines::of(&sources, &chosen);
+        let guilty = lines.guilty(&wrong, &chosen);
         assert!(
-            chosen.len() < before,
+            !guilty.is_empty(),
             "errors that no change explains: {wrong:?}"
         );
+        println!("{} do not compile", guilty.len());
+        chosen.retain(|it| !guilty.contains(&it.id));
     }
     let mutants = chosen.iter().map(|it| Mutant {
         id: it.id,
@@ -203,8 +198,22 @@ impl Lines {
         Lines(lines)
     }
 
-    fn of_change(&self, it: &Chosen) -> &std::ops::RangeInclusive<usize> {
-        &self.0[&it.id]
+    /// The changes on lines with errors; if there are none, the nearest to an error in its file.
+    fn guilty(&self, wrong: &BTreeSet<(String, usize)>, chosen: &[Chosen]) -> BTreeSet<usize> {
+        let distance = |it: &Chosen, line: usize| {
+            let own = &self.0[&it.id];
+            own.start()
+                .saturating_sub(line)
+                .max(line.saturating_sub(*own.end()))
+        };
+        let all = wrong.iter().flat_map(|(file, line)| {
+            let same_file = chosen.iter().filter(move |it| it.file == *file);
+            same_file.map(move |it| (distance(it, *line), it.id))
+        });
+        let all: Vec<(usize, usize)> = all.collect();
+        let nearest = all.iter().map(|it| it.0).min();
+        let guilty = all.iter().filter(|it| Some(it.0) == nearest);
+        guilty.map(|it| it.1).collect()
     }
 }
 
