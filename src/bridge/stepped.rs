@@ -64,7 +64,8 @@ impl StepMark {
     pub(crate) fn is_untouched(&self, bodies: &RigidBodySet, dt: Real) -> bool {
         let body = bodies.get(self.body).filter(|it| is_moved(it));
         let slow_for = body.map(|it| it.activation().time_since_can_sleep);
-        slow_for == Some(self.slow_for) && shows(self.slow_for, dt)
+        // A step in which the body is woken sets this time to `dt`.
+        slow_for == Some(self.slow_for) && self.slow_for != dt && shows(self.slow_for, dt)
     }
 }
 
@@ -165,9 +166,13 @@ impl Stepped {
             centre: world_com(body),
             linvel: body.linvel(),
         };
-        if slow_for <= SMALLEST_TIME || !shows(slow_for, dt) {
+        // A step in which the body is woken resets this time and adds `dt`, so a time of `dt` becomes the next larger.
+        if slow_for <= SMALLEST_TIME || slow_for == dt || !shows(slow_for, dt) {
             self.before.note(handle, body);
             if let Some(body) = bodies.get_mut(handle) {
+                if slow_for == dt {
+                    body.activation_mut().time_since_can_sleep = dt * (1.0 + Real::EPSILON);
+                }
                 witness.slow_for = mark(body, 0);
             }
         }

@@ -265,3 +265,29 @@ fn the_next_step_refuses_an_invalid_edit_between_the_halves() {
         }
     }
 }
+
+/// The step was reported as missing, and taken back: it set the time for which the body had been slow, one step, to zero
+/// and added one step.
+#[test]
+fn a_step_in_which_a_body_is_woken_is_no_missing_one() {
+    // The body moves a little, or not at all.
+    for (scheme, strength) in SCHEMES.iter().flat_map(|it| [(*it, 1e-4), (*it, 0.0)]) {
+        let mut world = weightless(1.0 / 60.0);
+        let (body, _) = world.insert(RigidBodyBuilder::dynamic(), ColliderBuilder::ball(0.5));
+        let mut fields = Fields::builder(Field::uniform(Vector::X * strength))
+            .scheme(scheme)
+            .build()
+            .expect("a valid tree");
+        let mut was_slow_for_one = false;
+        for step in 0..4 {
+            let slow_for = world.bodies[body].activation().time_since_can_sleep;
+            was_slow_for_one |= slow_for == 1.0 / 60.0;
+            let open = fields.begin(WorldMut::from(&mut world)).expect("begins");
+            world.bodies[body].wake_up(true);
+            world.step_with_events(&open.hooks(&()), &());
+            let outcome = fields.finish(open, WorldMut::from(&mut world));
+            assert!(outcome.is_ok(), "{scheme:?}, step {step}: {outcome:?}");
+        }
+        assert!(was_slow_for_one, "{scheme:?}");
+    }
+}
