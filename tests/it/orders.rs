@@ -4,6 +4,7 @@
 use rapier3d_fields::math::{DQuat, DVec3};
 use rapier3d_fields::prelude::*;
 
+use crate::support::runge_kutta::{self, State};
 use crate::support::{assert_order, build, weightless};
 
 const GRAVITY: DVec3 = DVec3::new(0.0, -9.81, 0.0);
@@ -62,39 +63,15 @@ struct Case {
     end: f64,
 }
 
-/// The place, attitude, velocity and angular momentum of a body.
-#[derive(Clone, Copy)]
-struct State {
-    place: DVec3,
-    attitude: DQuat,
-    velocity: DVec3,
-    momentum: DVec3,
-}
-
-/// The time derivative of a state.
-#[derive(Clone, Copy)]
-struct Rate(State);
-
-impl State {
-    fn spin(&self, moments: DVec3) -> DVec3 {
-        self.attitude * ((self.attitude.inverse() * self.momentum) / moments)
-    }
-
-    fn moved(&self, rate: &Rate, h: f64) -> State {
-        let Rate(rate) = rate;
-        State {
-            place: self.place + rate.place * h,
-            attitude: self.attitude + rate.attitude * h,
-            velocity: self.velocity + rate.velocity * h,
-            momentum: self.momentum + rate.momentum * h,
-        }
-    }
+/// The angular velocity in a state.
+fn spin(state: &State, moments: DVec3) -> DVec3 {
+    state.attitude * ((state.attitude.inverse() * state.momentum) / moments)
 }
 
 impl Case {
     fn sites(&self, states: &[State]) -> Vec<Site> {
         let of_one = |(body, (top, state)): (usize, (&Top, &State))| {
-            let spin = state.spin(top.moments);
+            let spin = spin(state, top.moments);
             let site = |(arm, charge): &(DVec3, f64)| {
                 let arm = state.attitude * *arm;
                 Site {
@@ -111,7 +88,7 @@ impl Case {
     }
 
     /// Newton's and Euler's equations.
-    fn rates(&self, states: &[State]) -> Vec<Rate> {
+    fn rates(&self, states: &[State]) -> Vec<State> {
         let sites = self.sites(states);
         let forces = (self.forces)(&sites);
         let of_one = |(body, (top, state)): (usize, (&Top, &State))| {
@@ -121,36 +98,16 @@ impl Case {
                 force += *push;
                 torque += (site.place - state.place).cross(*push);
             }
-            let spin = state.spin(top.moments);
-            let turning = DQuat::from_xyzw(spin.x, spin.y, spin.z, 0.0) * state.attitude;
-            Rate(State {
+            let spin = spin(state, top.moments);
+            State {
                 place: state.velocity,
-                attitude: turning * 0.5,
+                attitude: state.turning(spin),
                 velocity: force / top.mass + GRAVITY - state.velocity * LINEAR_DAMPING,
                 momentum: torque - state.momentum * ANGULAR_DAMPING,
-            })
+            }
         };
         let all = self.bodies.iter().zip(states).enumerate();
         all.map(of_one).collect()
-    }
-
-    /// One step of the classical Runge-Kutta scheme.
-    fn step(&self, states: &mut [State], h: f64) {
-        let at = |states: &[State], rates: &[Rate], h: f64| -> Vec<State> {
-            let all = states.iter().zip(rates);
-            all.map(|(state, rate)| state.moved(rate, h)).collect()
-        };
-        let first = self.rates(states);
-        let second = self.rates(&at(states, &first, 0.5 * h));
-        let third = self.rates(&at(states, &second, 0.5 * h));
-        let fourth = self.rates(&at(states, &third, h));
-        for (body, state) in states.iter_mut().enumerate() {
-            *state = state.moved(&first[body], h / 6.0);
-            *state = state.moved(&second[body], h / 3.0);
-            *state = state.moved(&third[body], h / 3.0);
-            *state = state.moved(&fourth[body], h / 6.0);
-            state.attitude = state.attitude.normalize();
-        }
     }
 
     fn starts(&self) -> Vec<State> {
@@ -167,7 +124,8 @@ impl Case {
     fn by_hand(&self, steps: u32) -> Vec<State> {
         let mut states = self.starts();
         for _ in 0..steps {
-            self.step(&mut states, self.end / f64::from(steps));
+            let h = self.end / f64::from(steps);
+            runge_kutta::step(&mut states, 0.0, h, |states, _| self.rates(states));
         }
         states
     }
@@ -209,12 +167,7 @@ impl Case {
     /// The sum of the differences of places, attitudes, velocities and angular velocities.
     fn distance(&self, ours: &[State], theirs: &[State]) -> f64 {
         let all = self.bodies.iter().zip(ours.iter().zip(theirs));
-        let off = all.map(|(top, (a, b))| {
-            // The angle by its sine: by the cosine, half of the digits would be lost.
-            let turn = 2.0 * (a.attitude * b.attitude.inverse()).xyz().length();
-            let spin = a.spin(top.moments).distance(b.spin(top.moments));
-            a.place.distance(b.place) + a.velocity.distance(b.velocity) + turn + spin
-        });
+        let off = all.map(|(top, (a, b))| a.distance(b, [a, b].map(|it| spin(it, top.moments))));
         off.sum()
     }
 

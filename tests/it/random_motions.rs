@@ -15,8 +15,9 @@ use rapier3d_fields::math::{
 use rapier3d_fields::prelude::*;
 
 use crate::lab::random::Random;
-use crate::support::{build, weightless};
-use by_hand::{At, Body, Frame, Law, Motion, Push, Site, State};
+use crate::support::runge_kutta::State;
+use crate::support::{build, from_environment, weightless};
+use by_hand::{At, Body, Frame, Law, Motion, Push, Site};
 
 struct Draw(Random);
 
@@ -281,7 +282,7 @@ fn seen(world: &PhysicsWorld, handle: RigidBodyHandle, body: &Body) -> State {
         velocity: to_dvec3(now.linvel()),
         momentum: DVec3::ZERO,
     };
-    state.with_spin(body, to_dvec3(now.angvel()))
+    by_hand::with_spin(state, body, to_dvec3(now.angvel()))
 }
 
 /// A motion, and its states at the end by hand.
@@ -352,8 +353,8 @@ impl Case {
     }
 }
 
-/// The error by rounding, of all bodies together.
-const ROUNDING: f64 = if cfg!(feature = "f64") { 1e-9 } else { 3e-4 };
+/// The sum of errors by rounding that are allowed for. In `f32` up to 1e-4 was seen at 256 steps.
+const ROUNDING: f64 = if cfg!(feature = "f64") { 1e-11 } else { 3e-4 };
 
 /// A scheme, its order, and a number of steps at which that shows.
 #[derive(Clone, Copy)]
@@ -374,17 +375,12 @@ const PLANS: [Plan; 8] = [
     Plan(Scheme::LinearlyImplicit, 1, 256),
 ];
 
-fn number(name: &str, otherwise: u64) -> u64 {
-    let given = std::env::var(name).ok();
-    given.map_or(otherwise, |it| it.parse().expect("a number"))
-}
-
 #[test]
 fn random_motions_converge_at_the_order_of_each_scheme() {
-    let from = number("MOTIONS_FROM", 1);
+    let from = from_environment("MOTIONS_FROM", 1);
     let mut wrong = Vec::new();
-    for seed in from..from + number("MOTIONS", 15) {
-        let case = Case::new(Draw(Random::new(seed)).motion());
+    for seed in from..from + from_environment("MOTIONS", 15) {
+        let case = Case::new(Draw(Random::new(seed.into())).motion());
         for plan in PLANS {
             // With f32, Rapier's gyroscopic term loses up to 1e-2 to rounding in a thousand steps.
             if cfg!(feature = "f32") && plan.0 == Scheme::ExternalForce {

@@ -1,6 +1,9 @@
-//! Rigid bodies and laws of force, integrated by the classical Runge-Kutta scheme. Uses no source of the library.
+//! Rigid bodies and laws of force, as functions of places and velocities, and Newton's and Euler's equations.
+//! Of the library only the names of vectors are used.
 
 use rapier3d_fields::math::{DQuat, DVec3};
+
+use crate::support::runge_kutta::{self, State};
 
 /// A frame of the world, or of a body.
 #[derive(Clone, Copy, Debug)]
@@ -57,7 +60,7 @@ pub enum Law {
     Gaussian(f64, f64),
     /// Depth, stiffness, rest length.
     Morse(f64, f64, f64),
-    /// Strength, core, as ω r²/(r² + core²)-like swirl around y.
+    /// Strength and core of a force around the y axis: strength · ŷ × ρ/(ρ² + core²).
     Vortex(f64, f64),
     /// Velocity of the air, linear and quadratic coefficients.
     Wind(DVec3, f64, f64),
@@ -126,41 +129,22 @@ pub struct Push {
     pub grows: bool,
 }
 
-/// The place of the centre of mass, the attitude of the body's frame, velocity and angular momentum.
-#[derive(Clone, Copy, Debug)]
-pub struct State {
-    pub place: DVec3,
-    pub attitude: DQuat,
-    pub velocity: DVec3,
-    pub momentum: DVec3,
+/// The angular velocity in a state, whose place is that of the centre of mass, and its attitude that of the body's frame.
+pub fn spin(state: &State, body: &Body) -> DVec3 {
+    let axes = state.attitude * body.axes;
+    axes * ((axes.inverse() * state.momentum) / body.moments)
 }
 
-impl State {
-    pub fn spin(&self, body: &Body) -> DVec3 {
-        let axes = self.attitude * body.axes;
-        axes * ((axes.inverse() * self.momentum) / body.moments)
-    }
+pub fn with_spin(mut state: State, body: &Body, spin: DVec3) -> State {
+    let axes = state.attitude * body.axes;
+    state.momentum = axes * (body.moments * (axes.inverse() * spin));
+    state
+}
 
-    pub fn with_spin(mut self, body: &Body, spin: DVec3) -> Self {
-        let axes = self.attitude * body.axes;
-        self.momentum = axes * (body.moments * (axes.inverse() * spin));
-        self
-    }
-
-    fn moved(&self, rate: &State, h: f64) -> State {
-        State {
-            place: self.place + rate.place * h,
-            attitude: self.attitude + rate.attitude * h,
-            velocity: self.velocity + rate.velocity * h,
-            momentum: self.momentum + rate.momentum * h,
-        }
-    }
-
-    fn frame(&self, body: &Body) -> Frame {
-        Frame {
-            origin: self.place - self.attitude * body.centre,
-            axes: self.attitude,
-        }
+fn frame(state: &State, body: &Body) -> Frame {
+    Frame {
+        origin: state.place - state.attitude * body.centre,
+        axes: state.attitude,
     }
 }
 
@@ -196,7 +180,7 @@ impl Motion {
                 velocity: body.velocity,
                 momentum: DVec3::ZERO,
             };
-            still.with_spin(body, body.spin)
+            with_spin(still, body, body.spin)
         };
         self.bodies.iter().map(start).collect()
     }
@@ -204,9 +188,7 @@ impl Motion {
     fn add_push(&self, push: &Push, states: &[State], time: f64, wrenches: &mut [Wrench]) {
         let frame = match push.carrier {
             None => push.frame,
-            Some(carrier) => states[carrier]
-                .frame(&self.bodies[carrier])
-                .then(push.frame),
+            Some(carrier) => frame(&states[carrier], &self.bodies[carrier]).then(push.frame),
         };
         for (number, (body, state)) in self.bodies.iter().zip(states).enumerate() {
             if push.carrier == Some(number) {
@@ -229,7 +211,7 @@ impl Motion {
                 At::Sites | At::Charges => body.sites.iter().map(site).collect(),
             };
             let spin = if body.can_turn {
-                state.spin(body)
+                spin(state, body)
             } else {
                 DVec3::ZERO
             };
@@ -261,7 +243,7 @@ impl Motion {
         let all = self.bodies.iter().zip(states).zip(wrenches);
         all.map(|((body, state), wrench)| {
             let spin = if body.can_turn {
-                state.spin(body)
+                spin(state, body)
             } else {
                 DVec3::ZERO
             };
@@ -269,7 +251,7 @@ impl Motion {
             let turn = wrench.torque - state.momentum * body.turn_damping;
             State {
                 place: state.velocity,
-                attitude: DQuat::from_xyzw(spin.x, spin.y, spin.z, 0.0) * state.attitude * 0.5,
+                attitude: state.turning(spin),
                 velocity: (push + self.gravity * body.gravity_scale) * body.free
                     - state.velocity * body.damping,
                 momentum: if body.can_turn { turn } else { DVec3::ZERO },
@@ -278,30 +260,15 @@ impl Motion {
         .collect()
     }
 
-    fn step(&self, states: &mut [State], time: f64, h: f64) {
-        let at = |states: &[State], rates: &[State], h: f64| -> Vec<State> {
-            let all = states.iter().zip(rates);
-            all.map(|(state, rate)| state.moved(rate, h)).collect()
-        };
-        let first = self.rates(states, time);
-        let second = self.rates(&at(states, &first, 0.5 * h), time + 0.5 * h);
-        let third = self.rates(&at(states, &second, 0.5 * h), time + 0.5 * h);
-        let fourth = self.rates(&at(states, &third, h), time + h);
-        for (body, state) in states.iter_mut().enumerate() {
-            *state = state.moved(&first[body], h / 6.0);
-            *state = state.moved(&second[body], h / 3.0);
-            *state = state.moved(&third[body], h / 3.0);
-            *state = state.moved(&fourth[body], h / 6.0);
-            state.attitude = state.attitude.normalize();
-        }
-    }
-
     /// The states at the end, by this number of steps.
     pub fn by_hand(&self, steps: u32) -> Vec<State> {
         let mut states = self.starts();
         let h = self.end / f64::from(steps);
         for step in 0..steps {
-            self.step(&mut states, f64::from(step) * h, h);
+            let time = f64::from(step) * h;
+            runge_kutta::step(&mut states, time, h, |states, time| {
+                self.rates(states, time)
+            });
         }
         states
     }
@@ -309,12 +276,7 @@ impl Motion {
     /// The sum of the differences of places, attitudes, velocities and angular velocities.
     pub fn distance(&self, ours: &[State], theirs: &[State]) -> f64 {
         let all = self.bodies.iter().zip(ours.iter().zip(theirs));
-        let off = all.map(|(body, (a, b))| {
-            // The angle by its sine: by the cosine, half of the digits would be lost.
-            let turn = 2.0 * (a.attitude * b.attitude.inverse()).xyz().length();
-            let spin = a.spin(body).distance(b.spin(body));
-            a.place.distance(b.place) + a.velocity.distance(b.velocity) + turn + spin
-        });
+        let off = all.map(|(body, (a, b))| a.distance(b, [a, b].map(|it| spin(it, body))));
         off.sum()
     }
 }

@@ -8,6 +8,7 @@ pub mod flight;
 pub mod formats;
 pub mod model;
 pub mod numbers;
+pub mod runge_kutta;
 pub mod trees;
 pub mod worlds;
 
@@ -175,7 +176,7 @@ pub fn build(tree: impl Into<Tree>, scheme: Scheme) -> Fields {
 /// This number of random cases, which differ between runs; `CASES_TIMES=100` tries a hundred times as many. Failures are
 /// not stored, since they print their plans in full.
 pub fn cases(cases: u32) -> Config {
-    let times = std::env::var("CASES_TIMES").map_or(1, |it| it.parse().expect("a number"));
+    let times = from_environment("CASES_TIMES", 1);
     let usual = Config::default();
     Config {
         cases: cases * times,
@@ -183,4 +184,9 @@ pub fn cases(cases: u32) -> Config {
         failure_persistence: None,
         ..usual
     }
+}
+
+/// A number that an environment variable may set.
+pub fn from_environment(name: &str, otherwise: u32) -> u32 {
+    std::env::var(name).map_or(otherwise, |it| it.parse().expect("a number"))
 }
