@@ -1,12 +1,7 @@
 //! Do the tests notice changes of the library?
 //!
-//! - `cargo run --release -p rapier3d-fields-mutants -- prepare FOLDER COUNT [SEED [ROOM]]` copies the repository to a
-//!   folder and makes that many random changes in its `src/` (or one room of it): other operators, comparisons and
-//!   factors, results, statements left out. Each is behind a switch, so one build has them all. Changes that do not
-//!   compile are taken back.
-//! - `… -- run FOLDER [SHARD OF]` builds the tests there, and runs them once for each change (or each of a shard),
-//!   until one fails. Two run at a time. It goes on where it was stopped.
-//! - `… -- report FOLDER` prints a table by room, and the changes that no test noticed.
+//! Changes are other operators, comparisons and factors, other results, and statements left out. Each is behind a switch
+//! that is read when a program starts, so one build has them all.
 
 mod prepare;
 mod report;
@@ -14,6 +9,8 @@ mod run;
 mod sites;
 
 use std::path::{Path, PathBuf};
+
+use clap::{Parser, Subcommand};
 
 /// A change in the copy.
 #[derive(Clone, Debug)]
@@ -59,27 +56,49 @@ fn read_list(folder: &Path) -> Vec<Mutant> {
     text.lines().map(line).collect()
 }
 
-fn main() {
-    let words: Vec<String> = std::env::args().skip(1).collect();
-    let words: Vec<&str> = words.iter().map(String::as_str).collect();
-    let number = |word: &str| word.parse().expect("a number");
-    match words[..] {
-        ["prepare", folder, count] => prepare::prepare(&absolute(folder), number(count), 1, ""),
-        ["prepare", folder, count, seed] => {
-            prepare::prepare(&absolute(folder), number(count), number(seed) as u64, "");
-        }
-        ["prepare", folder, count, seed, room] => {
-            prepare::prepare(&absolute(folder), number(count), number(seed) as u64, room);
-        }
-        ["run", folder] => run::run(&absolute(folder), 0, 1),
-        ["run", folder, shard, of] => run::run(&absolute(folder), number(shard), number(of)),
-        ["report", folder] => report::report(&absolute(folder)),
-        _ => {
-            eprintln!("prepare FOLDER COUNT [SEED [ROOM]] | run FOLDER [SHARD OF] | report FOLDER")
-        }
-    }
+/// Tells which changes of the library no test notices.
+#[derive(Parser)]
+struct Arguments {
+    #[command(subcommand)]
+    task: Task,
 }
 
-fn absolute(folder: &str) -> PathBuf {
-    std::path::absolute(folder).expect("a path")
+#[derive(Subcommand)]
+enum Task {
+    /// Copy the repository, and make random changes in its `src/`. Those that do not compile are taken back.
+    Prepare {
+        folder: PathBuf,
+        count: usize,
+        #[arg(long, default_value_t = 1)]
+        seed: u64,
+        /// Change this folder of `src/` only.
+        #[arg(long, default_value = "")]
+        room: String,
+    },
+    /// Build the tests of a copy, and run them for each change until one fails, for two changes at a time. Goes on
+    /// where it was stopped.
+    Run {
+        folder: PathBuf,
+        /// Only the changes whose number leaves this remainder.
+        #[arg(long, default_value_t = 0)]
+        shard: usize,
+        #[arg(long, default_value_t = 1)]
+        of: usize,
+    },
+    /// Print a table by room, and the changes that no test noticed.
+    Report { folder: PathBuf },
+}
+
+fn main() {
+    let absolute = |folder| std::path::absolute(folder).expect("a path");
+    match Arguments::parse().task {
+        Task::Prepare {
+            folder,
+            count,
+            seed,
+            room,
+        } => prepare::prepare(&absolute(folder), count, seed, &room),
+        Task::Run { folder, shard, of } => run::run(&absolute(folder), shard, of.max(1)),
+        Task::Report { folder } => report::report(&absolute(folder)),
+    }
 }
