@@ -11,6 +11,9 @@ pub struct Edits {
     /// Draws the edits of the world, which are the same with and without fields.
     of_world: Draw,
     of_fields: Draw,
+    /// Whether a collider of several parts was given another shape. Rapier may then read beyond its contacts in a step
+    /// without fields, and crash (seed 30025842); fields prevent it.
+    pub crashes_alone: bool,
 }
 
 impl Edits {
@@ -20,6 +23,7 @@ impl Edits {
             steps: of_world.of(&[1, 3, 10, 30]),
             of_world,
             of_fields: Draw::new(seed, 3),
+            crashes_alone: false,
         }
     }
 
@@ -29,7 +33,7 @@ impl Edits {
             return;
         }
         if self.of_world.once_in(3) {
-            edit_world(&mut self.of_world, world);
+            self.crashes_alone |= edit_world(&mut self.of_world, world);
         }
         if let Some(fields) = fields.filter(|_| self.of_fields.once_in(4)) {
             edit_fields(&mut self.of_fields, world, fields);
@@ -37,17 +41,18 @@ impl Edits {
     }
 }
 
-fn edit_world(draw: &mut Draw, world: &mut PhysicsWorld) {
+/// Edits the world; returns true if a collider of several parts was given another shape.
+fn edit_world(draw: &mut Draw, world: &mut PhysicsWorld) -> bool {
     let bodies: Vec<_> = world.bodies.iter().map(|it| it.0).collect();
     let kind = draw.below(16);
     if kind == 0 || bodies.is_empty() {
         worlds::insert(draw, world);
-        return;
+        return false;
     }
     let chosen = draw.of(&bodies);
     // Rapier panics at some edits of the links of multibodies.
     if world.multibody_joints.rigid_body_link(chosen).is_some() {
-        return;
+        return false;
     }
     let body = &mut world.bodies[chosen];
     match kind {
@@ -71,12 +76,16 @@ fn edit_world(draw: &mut Draw, world: &mut PhysicsWorld) {
         _ => {
             let colliders: Vec<_> = world.colliders.iter().map(|it| it.0).collect();
             if colliders.is_empty() {
-                return;
+                return false;
             }
             let chosen = draw.of(&colliders);
             let collider = &mut world.colliders[chosen];
             match draw.below(6) {
-                0 => collider.set_shape(SharedShape::ball(draw.size())),
+                0 => {
+                    let had_parts = collider.shape().as_composite_shape().is_some();
+                    collider.set_shape(SharedShape::ball(draw.size()));
+                    return had_parts;
+                }
                 1 => collider.set_enabled(draw.once_in(2)),
                 2 => collider.set_density(draw.between(0.0, 5.0)),
                 3 => collider.set_sensor(draw.once_in(2)),
@@ -85,6 +94,7 @@ fn edit_world(draw: &mut Draw, world: &mut PhysicsWorld) {
             }
         }
     }
+    false
 }
 
 fn edit_fields(draw: &mut Draw, world: &PhysicsWorld, fields: &mut Fields) {
