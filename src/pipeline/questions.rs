@@ -14,7 +14,7 @@ use crate::integrate::{Evaluation, FaultPolicy, Integrator, MotionRules, StepCon
 use crate::math::{ColliderHandle, DVec3, Real, RigidBodyHandle, Vector, from_dvec3};
 use crate::reference::{Fate, Reference};
 use crate::rigid::{Body, Wrench};
-use crate::sample::{Attitude, Gatherer, Kind, Properties, SamplePoint, Samples, owner};
+use crate::sample::{Attitude, Kind, Properties, SamplePoint, Samples, owner};
 
 /// A point at which a body is sampled; see [`Fields::samples`](crate::Fields::samples).
 #[derive(Clone, Debug)]
@@ -107,7 +107,7 @@ impl FieldPipeline {
     ) -> Scene<'a> {
         let current = self.current(fields.set);
         let requirements = current.compiled().requirements;
-        let mut gatherer = Gatherer::default();
+        let mut gatherer = self.gatherer.share_shapes();
         let (bodies, samples) =
             Self::sample_everyone(&mut gatherer, current.properties(), &view, requirements);
         Scene {

@@ -115,6 +115,14 @@ impl Gatherer {
         before.is_some()
     }
 
+    /// A gatherer that has the samples of the same shapes, for a question between steps.
+    pub(crate) fn share_shapes(&self) -> Self {
+        Gatherer {
+            shapes: self.shapes.share(),
+            ..Gatherer::default()
+        }
+    }
+
     /// Makes samples of some bodies besides those that are kept up to date.
     pub(crate) fn make_besides(
         &mut self,

@@ -37,6 +37,15 @@ struct Met {
 }
 
 impl Shapes {
+    /// The samples of the shapes that are known so far, for other bodies or for a question between steps.
+    pub(super) fn share(&self) -> Self {
+        Shapes {
+            colliders: self.colliders.clone(),
+            kinds: Kinds::default(),
+            ball_mesh: self.ball_mesh.clone(),
+        }
+    }
+
     /// The volume of a collider; zero if it has none.
     pub(super) fn measure(&mut self, handle: ColliderHandle, collider: &Collider) -> f64 {
         if let Some(ball) = collider.shape().as_ball() {
@@ -105,5 +114,25 @@ impl Shapes {
         };
         self.colliders.insert(handle.0, Some(met));
         known
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::ColliderSet;
+    use crate::rapier::geometry::ColliderBuilder;
+
+    /// A question about a thousand cylinders took as long as their samples, 28 ms in place of 2.
+    #[test]
+    fn shapes_that_are_known_are_not_sampled_again() {
+        let (mut shapes, mut colliders) = (Shapes::default(), ColliderSet::new());
+        let handle = colliders.insert(ColliderBuilder::cone(0.5, 0.3));
+        let collider = &colliders[handle];
+        let rule =
+            |shapes: &mut Shapes| shapes.rule(handle, collider, Points::Volume, Vector::ZERO);
+        let own = rule(&mut shapes);
+        assert!(Arc::ptr_eq(&own, &rule(&mut shapes.share())));
+        assert!(!Arc::ptr_eq(&own, &rule(&mut Shapes::default())));
     }
 }
