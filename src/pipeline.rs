@@ -67,8 +67,8 @@ pub struct StepOutcome {
     /// relative error of the energy of a vibration, and of the sum of such errors ([`Auto`](crate::Scheme::Auto)), as
     /// far as its path shows it. A quarter of the tolerance if no body came near that, zero if no field varies.
     pub error: Option<Real>,
-    /// True if swept detection reached its limit of impacts in this step (10,000, and 256 for each body), which happens
-    /// with bodies that cannot come to rest. The remaining impacts are answered in the next step.
+    /// True if swept detection reached its [limit of work](FieldSettings::swept_work), of which the step
+    /// [warns](StepWarning::SweptWork). The remaining impacts are answered in the next step.
     pub exhausted: bool,
 }
 

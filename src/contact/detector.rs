@@ -39,8 +39,8 @@ pub(crate) struct Detector {
     pub(super) touched: Vec<FieldContact>,
     /// Pairs whose impulses in this step were not finite, and were left out.
     pub not_finite: Vec<[ColliderHandle; 2]>,
-    /// True if the last sweep reached its limit of impacts.
-    pub exhausted: bool,
+    /// The number of bodies that the last sweep stopped, because it reached its limit of work.
+    pub stopped: usize,
     /// The contacts of the last step: touches in the order of time, then overlaps in the order of their handles.
     pub contacts: Vec<FieldContact>,
 }
@@ -54,6 +54,8 @@ pub(crate) struct SweptStep<'a, A> {
     pub answers: A,
     /// The decisions of the hooks on claimed pairs during Rapier's step.
     pub verdicts: &'a Verdicts,
+    /// See [`FieldSettings::swept_work`](crate::FieldSettings::swept_work).
+    pub work: u32,
 }
 
 /// A detector without detection fields.
@@ -74,7 +76,7 @@ impl Detector {
             hit: false,
             touched: Vec::new(),
             not_finite: Vec::new(),
-            exhausted: false,
+            stopped: 0,
             contacts: Vec::new(),
         }
     }
@@ -107,6 +109,7 @@ impl Detector {
     ) {
         self.touched.clear();
         self.not_finite.clear();
+        self.stopped = 0;
         let Some(sweep) = &mut self.sweep else {
             return;
         };
@@ -120,9 +123,10 @@ impl Detector {
             starts: &self.starts,
             answers: &step.answers,
             verdicts: step.verdicts,
+            work: step.work,
         };
         let dt = to_f64(step.dt);
-        self.exhausted = sweep.run(scene, world, dt, &mut self.touched, pushes);
+        self.stopped = sweep.run(scene, world, dt, &mut self.touched, pushes);
         self.not_finite.append(&mut sweep.not_finite);
     }
 

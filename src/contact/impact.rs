@@ -226,6 +226,7 @@ impl Sweep {
             let free =
                 body.is_some_and(|body| body.is_dynamic() && body.gyroscopic_forces_enabled());
             track.redirect(mover, free, [time, dt]);
+            self.work += track.path.turn.pieces() as u64;
             let bounds = track.bounds(time, dt);
             pushed.push(*number);
             if !std::mem::replace(&mut self.moved[*number], true) {

@@ -5,6 +5,7 @@
 //! the law, and move on freely for the rest of the step; earlier predictions for them are discarded and made anew.
 //! Touches at the same moment are answered together.
 
+use std::cell::Cell;
 use std::collections::{BTreeMap, HashMap, HashSet};
 
 use super::FieldContact;
@@ -23,10 +24,11 @@ use crate::math::{ColliderHandle, from_dpose3, from_dvec3, from_f64};
 use crate::rapier::geometry::{Aabb, BoundingVolume};
 use crate::rigid::{Lookup, MidStepImpact};
 
-/// The limit of impacts in one step: a constant, and an allowance for each body. A billiard of mass ratio 10⁴ has 314
-/// impacts; bodies that cannot come to rest reach the limit.
-const MOST_IMPACTS: usize = 10_000;
-const MOST_PER_BODY: usize = 256;
+/// The work of an impact, in looks at the gap between two parts.
+const WORK_OF_IMPACT: u64 = 4;
+
+/// The number of bodies for whose work there is always room.
+const FEW_BODIES: u64 = 10;
 
 /// Touches closer in time than this share of the step happen at once, because rounding decides which is first.
 const AT_ONCE: f64 = 1e-12;
@@ -58,6 +60,8 @@ pub(super) struct Sweep {
     pub(super) moved: Vec<bool>,
     /// Pairs whose impulses were not finite, and were left out.
     pub(super) not_finite: Vec<[ColliderHandle; 2]>,
+    /// The work after the first prediction of this step: looks at the gap between two parts, and what takes as long.
+    pub(super) work: u64,
     /// The touches of the step; `None` unless the cross-check needs them.
     pub(super) log: Option<Vec<TouchRecord>>,
 }
@@ -88,12 +92,14 @@ pub(super) struct SweepScene<'a> {
     pub answers: &'a dyn Fn(&FieldContact) -> bool,
     /// The decisions of the hooks on claimed pairs during Rapier's step.
     pub verdicts: &'a Verdicts,
+    /// See [`FieldSettings::swept_work`](crate::FieldSettings::swept_work).
+    pub work: u32,
 }
 
 impl Sweep {
     /// Finds and answers all touches in a step of length `dt`. Adds the contacts to `contacts` in the order of time,
-    /// and the end states of the bodies that were hit to `pushes`. Returns true if the step reached the limit of
-    /// impacts.
+    /// and the end states of the bodies that were hit to `pushes`. Returns the number of bodies that stopped where they
+    /// touched, because the step reached its limit of work.
     pub(super) fn run(
         &mut self,
         mut scene: SweepScene<'_>,
@@ -101,10 +107,10 @@ impl Sweep {
         dt: f64,
         contacts: &mut Vec<FieldContact>,
         pushes: &mut Vec<Push>,
-    ) -> bool {
+    ) -> usize {
         if scene.starts.all_still(world) {
             self.clear();
-            return false;
+            return 0;
         }
         self.tracks
             .gather(scene.fields.touch, scene.starts, world, dt);
@@ -116,22 +122,23 @@ impl Sweep {
             dt,
         };
         self.foresee_all(world);
-        let mut left = MOST_IMPACTS + MOST_PER_BODY * self.tracks.list.len();
-        let mut exhausted = false;
+        // The first prediction is not counted: it takes as long as there are pairs that may meet.
+        self.work = 0;
+        let most = u64::from(scene.work) * (FEW_BODIES + self.tracks.list.len() as u64);
         while let Some(batch) = self.next_batch(dt) {
-            exhausted |= left < batch.len();
-            if exhausted {
+            if self.work >= most {
                 self.hold(&batch, world);
                 continue;
             }
-            left -= batch.len();
+            self.work += WORK_OF_IMPACT * batch.len() as u64;
             self.happen(&batch, &mut scene, world, contacts);
         }
         self.push(dt, pushes);
-        exhausted
+        let tracks = self.tracks.list.iter();
+        tracks.filter(|track| track.is_stopped()).count()
     }
 
-    /// Stops bodies where they touch, for touches beyond the limit of impacts.
+    /// Stops bodies where they touch, for touches beyond the limit of work.
     fn hold(&mut self, batch: &[Event], world: &SweptWorld<'_, impl Lookup>) {
         for number in batch.iter().flat_map(|event| event.tracks) {
             let track = &mut self.tracks.list[number];
@@ -207,12 +214,14 @@ impl Sweep {
         }
         let [a, b] = tracks.map(|number| &self.tracks.list[number]);
         let (mut first, mut end) = (None, span[1]);
+        let looks = Cell::new(0);
         let mut separations = std::mem::take(&mut self.separations);
         for (parts, [one, two]) in self.pairs_of(tracks).filter(near) {
             let from = span[0].max(self.left_alone_until(parts));
+            looks.set(looks.get() + 1);
             if from <= end
                 && may_touch([one, two], [from, end], &mut separations)
-                && let Some(time) = time_of_impact([one, two], [from, end])
+                && let Some(time) = time_of_impact([one, two], [from, end], &looks)
                 && first.is_none_or(|(earliest, _)| time < earliest)
             {
                 first = Some((time, parts));
@@ -221,6 +230,7 @@ impl Sweep {
         }
         let generations = [a.generation, b.generation];
         self.separations = separations;
+        self.work += looks.get();
         if let Some((time, parts)) = first {
             let event = Event {
                 time,
@@ -248,21 +258,23 @@ impl Sweep {
             self.queue.pop_first();
             if valid {
                 batch.push(event);
-                self.add_twins(event, &mut batch, dt);
+                self.work += self.add_twins(event, &mut batch, dt);
             }
         }
         (!batch.is_empty()).then_some(batch)
     }
 
-    /// Adds other parts of the same two bodies that touch at the same moment.
-    fn add_twins(&self, event: Event, batch: &mut Vec<Event>, dt: f64) {
+    /// Adds other parts of the same two bodies that touch at the same moment. Returns its work.
+    fn add_twins(&self, event: Event, batch: &mut Vec<Event>, dt: f64) -> u64 {
+        let looks = Cell::new(0);
         for (parts, [one, two]) in self.pairs_of(event.tracks) {
             let span = [event.time, event.time + AT_ONCE * dt];
             let due = self.left_alone_until(parts) <= event.time;
-            if due && parts != event.parts && time_of_impact([one, two], span).is_some() {
+            if due && parts != event.parts && time_of_impact([one, two], span, &looks).is_some() {
                 batch.push(Event { parts, ..event });
             }
         }
+        looks.get()
     }
 
     /// The pairs of parts of two bodies that are still to be tested, with their indices.

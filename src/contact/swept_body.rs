@@ -224,6 +224,10 @@ impl SweptBody {
         self.generation += 1;
     }
 
+    pub(super) fn is_stopped(&self) -> bool {
+        self.stopped.is_some()
+    }
+
     /// Keeps the body at its pose at a moment; it ends the step with the velocity that it would have had.
     pub(super) fn stop(&mut self, time: f64) {
         let attitude = self.path.attitude(time);

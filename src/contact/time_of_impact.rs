@@ -1,5 +1,7 @@
 //! The time and the points of the first touch of two parts on their paths.
 
+use std::cell::Cell;
+
 use super::conservative_advancement::{GapBound, first_touch, first_touch_of_distance};
 use super::overlap::{distance, manifold_points, nearest};
 use super::separation::Separations;
@@ -13,6 +15,9 @@ use crate::rapier::parry::query::{Contact, Unsupported};
 
 /// A gap below this share of the coordinates, some roundings in 64 bits, counts as touching.
 const EXACT: f64 = 16.0 * f64::EPSILON;
+
+/// The work of a look at a shape made of pieces, such as a mesh.
+const LOOK_AT_PIECES: u64 = 16;
 
 /// A part of a body, on the body's path.
 #[derive(Clone, Copy)]
@@ -72,8 +77,12 @@ impl MovingShape<'_> {
     }
 }
 
-/// The first moment in `span` at which two parts touch and approach.
-pub(super) fn time_of_impact([a, b]: SweptPair<'_>, span: [f64; 2]) -> Option<f64> {
+/// The first moment in `span` at which two parts touch and approach. Adds its work to `looks`.
+pub(super) fn time_of_impact(
+    [a, b]: SweptPair<'_>,
+    span: [f64; 2],
+    looks: &Cell<u64>,
+) -> Option<f64> {
     match [a.member.form, b.member.form] {
         [Form::Ball { radius: r }, Form::Ball { radius: s }] => balls([a, b], r + s, span),
         [Form::Plane { normal }, Form::Ball { radius }] if !a.turns() => {
@@ -82,7 +91,7 @@ pub(super) fn time_of_impact([a, b]: SweptPair<'_>, span: [f64; 2]) -> Option<f6
         [Form::Ball { radius }, Form::Plane { normal }] if !b.turns() => {
             plane([b, a], normal, radius, span)
         }
-        _ => shapes([a, b], span),
+        _ => shapes([a, b], span, looks),
     }
 }
 
@@ -226,13 +235,20 @@ fn within_reach([a, b]: SweptPair<'_>, span: [f64; 2]) -> WithinReach {
 }
 
 /// Any two shapes, by Parry's distance in [`Real`].
-fn shapes(parts: SweptPair<'_>, span: [f64; 2]) -> Option<f64> {
+fn shapes(parts: SweptPair<'_>, span: [f64; 2], looks: &Cell<u64>) -> Option<f64> {
     let WithinReach {
         speed,
         tolerance,
         near,
     } = within_reach(parts, span);
+    let pieces = parts.map(|part| part.member.shape.as_composite_shape().is_some());
+    let look = if pieces.contains(&true) {
+        LOOK_AT_PIECES
+    } else {
+        1
+    };
     first_touch_of_distance(span, tolerance, speed, |time| {
+        looks.set(looks.get() + look);
         let dist = contact(parts, time, near, DVec3::ZERO)?.dist;
         Some(to_f64(dist) - skins(parts))
     })

@@ -103,6 +103,14 @@ impl Turn {
         }
     }
 
+    /// The number of series of which it consists; each takes about as long as a look at the gap between two parts.
+    pub(super) fn pieces(&self) -> usize {
+        match self {
+            Turn::Steady { .. } => 0,
+            Turn::Free(top) => top.pieces(),
+        }
+    }
+
     /// The torque-free rotation with a given angular momentum.
     pub(super) fn freely(
         rotor: &Rotor,

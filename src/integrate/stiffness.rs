@@ -163,6 +163,16 @@ pub enum StepWarning {
         /// The body.
         body: RigidBodyHandle,
     },
+    /// Swept detection reached its limit of work, [`FieldSettings::swept_work`](crate::FieldSettings::swept_work).
+    /// Bodies that touch after that stay where they touch until the step ends, and keep their velocity. Bodies that
+    /// cannot come to rest reach the limit, and bodies that turn some hundred times in a step.
+    #[error(
+        "swept detection reached its limit of work: {bodies} bodies stay where they touched until the step ends"
+    )]
+    SweptWork {
+        /// The number of these bodies.
+        bodies: usize,
+    },
     /// The impulse that would answer a contact is not finite, for example by mass properties that are not finite. It
     /// was left out, and Rapier answers the contact from the next step on, until the two separate.
     #[error(

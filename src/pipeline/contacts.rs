@@ -131,10 +131,15 @@ impl FieldPipeline {
             dt: open.dt,
             answers: answers(rules, verdicts, joints, &open.given, &view),
             verdicts,
+            work: fields.settings.swept_work,
         };
         let sites = Self::sites(&mut self.gatherer, &self.properties, compiled, &view);
         self.detector
             .sweep(compiled, &view, step, sites, &mut self.pushes);
+        let bodies = self.detector.stopped;
+        if bodies > 0 {
+            self.warnings.push(StepWarning::SweptWork { bodies });
+        }
     }
 
     /// Writes the results of contacts to bodies, except of bodies that would be too fast or have a pose that is not

@@ -191,7 +191,7 @@ impl FieldPipeline {
             particles,
             warnings: self.warnings.len(),
             error: self.error(fields, open),
-            exhausted: self.detector.exhausted,
+            exhausted: self.detector.stopped > 0,
         })
     }
 

@@ -16,7 +16,7 @@ use crate::math::ColliderHandle;
 /// fields.settings.detection = Detection::Swept;
 /// # Ok::<(), BuildError>(())
 /// ```
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 #[non_exhaustive]
 pub struct FieldSettings {
@@ -28,11 +28,30 @@ pub struct FieldSettings {
     pub on_fault: FaultPolicy,
     /// The time at which fields detect contacts.
     pub detection: Detection,
+    /// The largest work of [swept detection](Detection::Swept) in a step: this number of looks at the gap between two
+    /// parts for each body, and for ten bodies more; 10,000 by default. A look at a shape made of pieces, such as a mesh,
+    /// counts as 16, an impact as four; the first prediction of a step does not count. Beyond that, bodies stay where they touch, and the step [warns](crate::StepWarning::SweptWork).
+    pub swept_work: u32,
     /// The contacts of fields that are compared with Rapier's.
     pub cross_check: CrossCheck,
     /// True to audit the energy in each step; see [`Fields::audit`](crate::Fields::audit).
     pub audit: bool,
     pub(crate) rules: ResponderRules,
+}
+
+impl Default for FieldSettings {
+    fn default() -> Self {
+        FieldSettings {
+            scheme: Scheme::default(),
+            wake: WakePolicy::default(),
+            on_fault: FaultPolicy::default(),
+            detection: Detection::default(),
+            swept_work: 10_000,
+            cross_check: CrossCheck::default(),
+            audit: false,
+            rules: ResponderRules::default(),
+        }
+    }
 }
 
 impl FieldSettings {

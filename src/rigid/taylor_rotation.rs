@@ -235,6 +235,11 @@ impl Top {
         }
     }
 
+    /// The number of series of which it consists.
+    pub(crate) fn pieces(&self) -> usize {
+        self.pieces.len()
+    }
+
     /// The rotation from body to world at a time.
     pub(crate) fn attitude(&self, time: f64) -> DQuat {
         if self.pieces.is_empty() {

@@ -368,3 +368,36 @@ fn balls_bounce_off_a_half_space_that_was_inserted_first() {
         }
     }
 }
+
+/// A ball that meets two others some eight thousand times in a step.
+#[test]
+fn a_step_that_reaches_its_limit_of_work_stops_bodies_where_they_touch_and_warns() {
+    for (work, stops) in [(10_000, false), (10, true)] {
+        let mut world = arena(1.0 / 60.0);
+        let speed = 1e5;
+        let bodies = [
+            RigidBodyBuilder::fixed().translation(Vector::X * -1.1),
+            RigidBodyBuilder::fixed().translation(Vector::X * 1.1),
+            RigidBodyBuilder::dynamic().linvel(Vector::X * speed),
+        ];
+        let inserted = bodies.map(|body| world.insert(body, ColliderBuilder::ball(0.5)));
+        let law = ContactLaw::restitution(1.0);
+        let tree = touch(inserted.map(|it| it.1), law);
+        let mut settings = FieldSettings::default();
+        settings.detection = Detection::Swept;
+        settings.swept_work = work;
+        let builder = Fields::builder(tree).settings(settings);
+        let mut fields = builder.build().expect("a valid tree");
+        for step in 0..3 {
+            let outcome = fields.step(&mut world).expect("a step");
+            let stopped = |it: &StepWarning| matches!(it, StepWarning::SweptWork { bodies: 1 });
+            assert_eq!(outcome.exhausted, stops, "{work}, step {step}");
+            assert_eq!(fields.warnings().iter().any(stopped), stops, "{work}");
+            assert_eq!(outcome.contacts < 100, stops, "{work}: {outcome:?}");
+            let ball = &world.bodies[inserted[2].0];
+            assert!(ball.translation().x.abs() < 0.1001, "{work}: {ball:?}");
+            let kept = ball.linvel().length() / speed;
+            assert!((kept - 1.0).abs() < 1e-3, "{work}: {kept}");
+        }
+    }
+}
