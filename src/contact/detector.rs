@@ -54,7 +54,7 @@ pub(crate) struct SweptStep<'a, A> {
     pub answers: A,
     /// The decisions of the hooks on claimed pairs during Rapier's step.
     pub verdicts: &'a Verdicts,
-    /// See [`FieldSettings::swept_work`](crate::FieldSettings::swept_work).
+    /// See [`FieldSettings::swept_work`](crate::pipeline::FieldSettings::swept_work).
     pub work: u32,
 }
 

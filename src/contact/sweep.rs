@@ -92,7 +92,7 @@ pub(super) struct SweepScene<'a> {
     pub answers: &'a dyn Fn(&FieldContact) -> bool,
     /// The decisions of the hooks on claimed pairs during Rapier's step.
     pub verdicts: &'a Verdicts,
-    /// See [`FieldSettings::swept_work`](crate::FieldSettings::swept_work).
+    /// See [`FieldSettings::swept_work`](crate::pipeline::FieldSettings::swept_work).
     pub work: u32,
 }
 

@@ -163,7 +163,7 @@ pub enum StepWarning {
         /// The body.
         body: RigidBodyHandle,
     },
-    /// Swept detection reached its limit of work, [`FieldSettings::swept_work`](crate::FieldSettings::swept_work).
+    /// Swept detection reached its limit of work, [`FieldSettings::swept_work`](crate::pipeline::FieldSettings::swept_work).
     /// Bodies that touch after that stay where they touch until the step ends, and keep their velocity. Bodies that
     /// cannot come to rest reach the limit, and bodies that turn some hundred times in a step.
     #[error(
