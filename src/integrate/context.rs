@@ -31,6 +31,8 @@ pub(crate) struct StepContext<'a, W> {
 #[derive(Clone, Copy)]
 pub(crate) struct MotionRules<'a> {
     pub scheme: Scheme,
+    /// The most substeps that the scheme may choose.
+    pub max_substeps: u32,
     /// True if all bodies that rotate freely are rotated by this crate, even balls, and even if no field can turn them,
     /// because swept detection needs the rotation.
     pub exact_turns: bool,
@@ -78,6 +80,7 @@ impl<W: Lookup> StepContext<'_, W> {
         let is_fourth = choice.is_fourth && !self.compiled.reads_velocity;
         Some(Choice {
             is_fourth,
+            most: choice.most.min(self.rules.max_substeps),
             ..choice
         })
     }

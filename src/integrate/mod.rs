@@ -36,6 +36,7 @@ mod substeps;
 mod watch;
 
 pub use fault::FaultPolicy;
+pub(crate) use scheme::MOST_AUTO;
 pub use scheme::{Scheme, Substeps};
 pub use stiffness::{StepWarning, Stiffness};
 

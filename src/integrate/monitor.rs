@@ -15,6 +15,9 @@ use crate::eval::Terms;
 use crate::math::{Real, RigidBodyHandle, to_dvec3, to_f64};
 use crate::rigid::{Lookup, Mobility, Wrench, find};
 
+/// The error of the energy of a vibration that is damped: it is lost.
+const LOST: f64 = 1.0;
+
 /// Beyond this dt·ω a step into a field may have multiplied the energy, and the body is damped.
 const BROKEN: f64 = 1.0;
 
@@ -69,6 +72,7 @@ impl Integrator {
             self.watch_new_links(context, evaluation, last, warnings);
         }
         evaluation.carry_balances(last);
+        warn_of_damped(context, evaluation, last, warnings);
         Self::couple_candidates(evaluation);
     }
 
@@ -109,6 +113,12 @@ impl Integrator {
                 self.reached = CAUTION * choice.tolerance;
                 self.look_into(context, evaluation, stiff);
                 self.judge(context, evaluation, begun, together, stiff, warnings);
+                warn_of_damped(
+                    context,
+                    evaluation,
+                    last.unwrap_or(&Evaluation::default()),
+                    warnings,
+                );
                 Self::watch_held(context, evaluation, warnings);
                 if last.is_some() && !context.rules.links.is_empty() {
                     self.warn(context, evaluation, |it| fourth(evaluation, it), warnings);
@@ -178,6 +188,7 @@ impl Integrator {
         wrong.clear();
         for (place, treatment) in &evaluation.treatments {
             let Treatment::Resolve { pace, .. } = treatment else {
+                self.reached = self.reached.max(LOST);
                 continue;
             };
             let moved = changed(*place) || before(*place) == Some(Treatment::Damp);
@@ -395,6 +406,27 @@ impl Integrator {
 fn stay_together(choice: Choice, context: &StepContext<'_, impl Lookup>, first: &Motions) -> bool {
     let calm = |it: &Resolved| choice.is_calm(it.pace, to_f64(context.dt));
     !first.resolved.iter().all(calm) && context.is_coupled()
+}
+
+/// Warns of bodies that are damped from this evaluation on.
+fn warn_of_damped(
+    context: &StepContext<'_, impl Lookup>,
+    evaluation: &Evaluation,
+    last: &Evaluation,
+    warnings: &mut Vec<StepWarning>,
+) {
+    let Some(choice) = context.choice() else {
+        return;
+    };
+    let damped = evaluation.treatments.iter();
+    for (place, _) in damped.filter(|it| it.1 == Treatment::Damp) {
+        let body = evaluation.bodies[*place];
+        let before = last.place_of(body).and_then(|it| last.treatment(it));
+        let is_told = |it: &StepWarning| matches!(it, StepWarning::ToleranceMissed { body: told, .. } if *told == body);
+        if before != Some(Treatment::Damp) && !warnings.iter().any(is_told) {
+            warnings.push(StepWarning::missed(choice, body, LOST));
+        }
+    }
 }
 
 /// Lists the bodies that are not simply kicked.

@@ -39,8 +39,9 @@ pub(super) const HOPELESS: f64 = 0.25;
 
 /// The limit of halvings of a step: beyond it, parts are shorter than the rounding of a time.
 pub(super) const MOST_HALVINGS: u32 = 48;
-/// The limit of the number of parts of unequal lengths in a step, including the discarded ones.
-pub(super) const MOST_PARTS: u32 = 16384;
+/// The limit of the number of parts of unequal lengths in a step, including the discarded ones: a multiple of the most
+/// substeps.
+pub(super) const PARTS_PER_SUBSTEP: u32 = 4;
 
 /// The division of a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -210,7 +211,11 @@ impl Choice {
     }
 
     fn count(self, wanted: f64, forward: bool) -> u32 {
-        let most = if forward { self.most / 2 } else { self.most };
+        let most = if forward {
+            self.most.div_ceil(2)
+        } else {
+            self.most
+        };
         // False for NaN.
         if wanted <= f64::from(most) {
             power_of_two(wanted) as u32

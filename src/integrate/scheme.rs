@@ -92,8 +92,9 @@ pub enum Scheme {
     /// repeated more finely before it is given to Rapier. A body that entered a stiff field in a step that was not
     /// expected to be stiff is placed at the end of the finer motion, after Rapier's step, if nothing else touched it,
     /// no field reads velocities, and no field detects contacts. Otherwise, and where even the finest plan does not
-    /// meet the tolerance, the step warns with [`StepWarning::ToleranceMissed`](crate::StepWarning::ToleranceMissed);
-    /// such a body alone in a stiff well is damped, as by `LinearlyImplicit`.
+    /// meet the tolerance, the step warns with [`StepWarning::ToleranceMissed`](crate::StepWarning::ToleranceMissed).
+    /// A body alone in a well that is too stiff for every plan is damped, as by `LinearlyImplicit`; the first of its
+    /// steps warns, with an error of 1.
     ///
     /// If fields are anchored to bodies that move, all bodies are moved by the same plan as soon as one of them needs
     /// it, so reacting fields keep momentum.
@@ -142,8 +143,8 @@ const LOOSEST: Real = 0.25;
 const MOST_FIXED: u32 = 1024;
 /// The most substeps [`Substeps::PerBody`] chooses.
 const MOST_PER_BODY: u32 = 256;
-/// The most substeps [`Scheme::Auto`] chooses.
-const MOST_AUTO: u32 = 4096;
+/// The most substeps [`Scheme::Auto`] chooses, unless the settings allow fewer.
+pub(crate) const MOST_AUTO: u32 = 4096;
 
 impl Scheme {
     /// [`Auto`](Scheme::Auto) with this tolerance, such as `1e-3`.

@@ -292,6 +292,7 @@ impl<'a> Scene<'a> {
             span: Span::at(self.time),
             rules: MotionRules {
                 scheme: fields.settings.scheme,
+                max_substeps: fields.settings.max_substeps,
                 exact_turns: false,
                 iterations: 1,
                 gravity: Vector::ZERO,

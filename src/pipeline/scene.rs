@@ -90,6 +90,7 @@ impl StepScene {
             span: now.span,
             rules: MotionRules {
                 scheme: fields.settings.scheme,
+                max_substeps: fields.settings.max_substeps,
                 exact_turns: self.exact_turns(fields),
                 iterations: iterations(parameters),
                 gravity: world.gravity,

@@ -4,7 +4,7 @@ use crate::bridge::WakePolicy;
 use crate::contact::{Detection, Responder, ResponderRules};
 use crate::cross_check::CrossCheck;
 use crate::field::BuildError;
-use crate::integrate::{FaultPolicy, Scheme};
+use crate::integrate::{FaultPolicy, MOST_AUTO, Scheme};
 use crate::math::ColliderHandle;
 
 /// The settings of the fields of a world: plain data, which may be changed between steps.
@@ -22,6 +22,11 @@ use crate::math::ColliderHandle;
 pub struct FieldSettings {
     /// The rule by which wrenches become motion.
     pub scheme: Scheme,
+    /// The largest number of substeps that [`Scheme::Auto`] and [`Substeps::PerBody`](crate::Substeps::PerBody) choose
+    /// for a body, from 1 to 4096, which is the default; `PerBody` chooses 256 at most. Parts of unequal lengths may be
+    /// four times as many. The work of a step is at most this multiple of that of a plain step, for first and finer
+    /// attempts together twice as much. Where the motion would need more, the step warns, as `Auto` says.
+    pub max_substeps: u32,
     /// The rule by which fields wake sleeping bodies.
     pub wake: WakePolicy,
     /// The treatment of bodies to which fields give a force that is not finite, or too large.
@@ -43,6 +48,7 @@ impl Default for FieldSettings {
     fn default() -> Self {
         FieldSettings {
             scheme: Scheme::default(),
+            max_substeps: MOST_AUTO,
             wake: WakePolicy::default(),
             on_fault: FaultPolicy::default(),
             detection: Detection::default(),
@@ -58,6 +64,14 @@ impl FieldSettings {
     /// An error if a setting is out of its range.
     pub(crate) fn validate(&self) -> Result<(), BuildError> {
         self.scheme.validate()?;
+        if !(1..=MOST_AUTO).contains(&self.max_substeps) {
+            return Err(BuildError::Parameter {
+                field: "the settings".into(),
+                quantity: "the largest number of substeps",
+                requirement: "from 1 to 4096",
+                value: f64::from(self.max_substeps),
+            });
+        }
         self.wake.validate()
     }
 

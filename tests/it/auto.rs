@@ -1,6 +1,9 @@
 //! `Auto` where bodies enter stiff fields in every way: it keeps the energy or warns in the same step, is no less
 //! accurate than the default scheme, and keeps the momentum where fields react.
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
 use rapier3d_fields::math::{Real, from_f64, to_f64};
 use rapier3d_fields::prelude::*;
 
@@ -454,5 +457,67 @@ fn a_magnetic_field_only_turns_velocities() {
             own.energy <= 1.01 * other.energy && own.warned == 0,
             "{name}"
         );
+    }
+}
+
+/// The most evaluations of a field in a step of a well of this frequency, and whether a step warned.
+fn work(max_substeps: u32, omega: Real, scheme: Scheme) -> (u64, bool) {
+    let count = Arc::new(AtomicU64::new(0));
+    let counter = count.clone();
+    let well = Field::closure([], move |sample: &Sample<'_>| {
+        counter.fetch_add(1, Ordering::Relaxed);
+        sample.local_point * -(omega * omega)
+    });
+    let mut world = world();
+    ball(&mut world, 1.0, Vector::X, Vector::Y);
+    let mut settings = FieldSettings::default();
+    settings.scheme = scheme;
+    settings.max_substeps = max_substeps;
+    let builder = Fields::builder(well).settings(settings);
+    let mut fields = builder.build().expect("a valid tree");
+    let (mut most, mut warned) = (0, false);
+    for _ in 0..20 {
+        let before = count.load(Ordering::Relaxed);
+        fields.step(&mut world).expect("a step");
+        most = most.max(count.load(Ordering::Relaxed) - before);
+        warned |= missed(&fields);
+    }
+    (most, warned)
+}
+
+fn missed(fields: &Fields) -> bool {
+    let missed = |it: &StepWarning| matches!(it, StepWarning::ToleranceMissed { .. });
+    fields.warnings().iter().any(missed)
+}
+
+#[test]
+fn the_work_of_a_step_is_limited_by_a_setting() {
+    for omega in [1e2, 1e3, 1e4, 1e6] {
+        for max_substeps in [1, 4, 64, 4096] {
+            let (calls, warned) = work(max_substeps, omega, auto());
+            // Some are made for Jacobians, however few the substeps.
+            let most = 10 * u64::from(max_substeps) + 64;
+            assert!(calls <= most, "{omega} {max_substeps}: {calls}");
+            // Steps of second order need 16 dt·ω substeps at this tolerance, and nothing follows an oscillation in fewer
+            // than dt·ω/2.
+            let turn = to_f64(omega) * DT;
+            if f64::from(max_substeps) < 0.5 * turn {
+                assert!(warned, "{omega} {max_substeps}");
+            } else if f64::from(max_substeps) > 16.0 * turn {
+                assert!(!warned, "{omega} {max_substeps}");
+            }
+        }
+    }
+}
+
+#[test]
+fn the_largest_number_of_substeps_is_checked() {
+    for (number, valid) in [(0, false), (1, true), (4096, true), (4097, false)] {
+        let mut settings = FieldSettings::default();
+        settings.max_substeps = number;
+        let built = Fields::builder(Field::uniform(Vector::X))
+            .settings(settings)
+            .build();
+        assert_eq!(built.is_ok(), valid, "{number}: {:?}", built.err());
     }
 }

@@ -3,7 +3,7 @@
 use super::{Group, Run};
 use crate::integrate::fault::Fault;
 use crate::integrate::pace::Track;
-use crate::integrate::plan::{Bisection, Choice, MOST_HALVINGS, MOST_PARTS};
+use crate::integrate::plan::{Bisection, Choice, MOST_HALVINGS, PARTS_PER_SUBSTEP};
 use crate::math::to_f64;
 use crate::rigid::{ENERGY_ERROR, Lookup, RigidState, Wrench};
 
@@ -20,7 +20,7 @@ impl<W: Lookup> Run<'_, W> {
     pub(super) fn bisect(&mut self, group: &mut Group, choice: Choice) -> Result<Bisection, Fault> {
         let dt = to_f64(self.setting.context.dt);
         let mut made = Bisection::default();
-        let mut left = MOST_PARTS;
+        let mut left = PARTS_PER_SUBSTEP * choice.most;
         // The parts to be made, the next one last, each by its number of halvings.
         let mut parts = vec![0_u32];
         self.track(group);
