@@ -18,6 +18,8 @@ mod bits;
 mod child;
 mod draw;
 mod edits;
+#[cfg(feature = "enhanced-determinism")]
+mod golden;
 mod replay;
 mod trees;
 mod worlds;
