@@ -1,8 +1,8 @@
 //! The bits of random worlds, as a file has them.
 //!
 //! With `enhanced-determinism`, Rapier and this crate compute elementary functions by the same code on every machine, so
-//! the bits after each case are those of `tests/data/golden.txt`, with and without optimisations, with `parallel`, and
-//! with any number of threads:
+//! the bits after each case are those of `tests/data/golden.txt`, with and without optimisations. These worlds are too
+//! small for `parallel` to sum forces in another order, so they are the same with it:
 //!
 //! `cargo test --release --package rapier3d-fields-tests --features enhanced-determinism --test fuzz golden::`
 //!
