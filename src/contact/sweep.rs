@@ -27,8 +27,8 @@ use crate::rigid::{Lookup, MidStepImpact};
 /// The work of an impact, in looks at the gap between two parts.
 const WORK_OF_IMPACT: u64 = 4;
 
-/// The number of bodies for whose work there is always room.
-const FEW_BODIES: u64 = 10;
+/// The number of colliders for whose work there is always room.
+const FEW_PARTS: u64 = 20;
 
 /// Touches closer in time than this share of the step happen at once, because rounding decides which is first.
 const AT_ONCE: f64 = 1e-12;
@@ -124,7 +124,7 @@ impl Sweep {
         self.foresee_all(world);
         // The first prediction is not counted: it takes as long as there are pairs that may meet.
         self.work = 0;
-        let most = u64::from(scene.work) * (FEW_BODIES + self.tracks.list.len() as u64);
+        let most = u64::from(scene.work) * (FEW_PARTS + self.tracks.parts.len() as u64);
         while let Some(batch) = self.next_batch(dt) {
             if self.work >= most {
                 self.hold(&batch, world);

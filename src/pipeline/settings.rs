@@ -34,8 +34,9 @@ pub struct FieldSettings {
     /// The time at which fields detect contacts.
     pub detection: Detection,
     /// The largest work of [swept detection](Detection::Swept) in a step: this number of looks at the gap between two
-    /// parts for each body, and for ten bodies more; 10,000 by default. A look at a shape made of pieces, such as a mesh,
-    /// counts as 16, an impact as four; the first prediction of a step does not count. Beyond that, bodies stay where they touch, and the step [warns](crate::StepWarning::SweptWork).
+    /// colliders for each collider, and for twenty more; 5,000 by default. A look at a shape made of pieces, such as a
+    /// mesh, counts as 16, an impact as four; the first prediction of a step does not count. Beyond that, bodies stay
+    /// where they touch, and the step [warns](crate::StepWarning::SweptWork).
     pub swept_work: u32,
     /// The contacts of fields that are compared with Rapier's.
     pub cross_check: CrossCheck,
@@ -52,7 +53,7 @@ impl Default for FieldSettings {
             wake: WakePolicy::default(),
             on_fault: FaultPolicy::default(),
             detection: Detection::default(),
-            swept_work: 10_000,
+            swept_work: 5_000,
             cross_check: CrossCheck::default(),
             audit: false,
             rules: ResponderRules::default(),

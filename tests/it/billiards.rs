@@ -132,3 +132,12 @@ fn hard_spheres_collide_in_the_order_of_the_exact_run() {
         assert!(matched < 60, "no need to sweep");
     }
 }
+
+/// Within the default limit of work. In `f32`, the velocities of the heavy ball are too coarse.
+#[cfg(feature = "f64")]
+#[test]
+fn a_billiard_of_a_million_has_its_3141_impacts_in_one_step() {
+    let (collisions, end) = galperin(1e6, 400.0);
+    assert_eq!(collisions.len(), 3141);
+    assert!((end[1] - 1.0).abs() < 1e-5, "{end:?}");
+}
