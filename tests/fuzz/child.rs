@@ -5,7 +5,7 @@ use std::process::{Child, Command, Stdio};
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::time::{Duration, Instant};
 
-use crate::{FOUND, LONGEST, attempt, judge};
+use crate::{FOUND, LONGEST, Way, attempt, judge};
 
 /// The cases to be run.
 #[derive(Clone, Copy)]
@@ -52,7 +52,7 @@ fn say(word: &str, seed: u64, rest: &str) {
 pub fn run(cases: Cases) {
     let task = std::env::var(TASK).unwrap_or_default();
     if task == "alone" {
-        drop(attempt(cases.first, false));
+        drop(attempt(cases.first, Way::Alone));
         return say("end", cases.first, "");
     }
     if task == ABORT {

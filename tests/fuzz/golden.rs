@@ -12,7 +12,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use crate::attempt;
+use crate::{Way, attempt};
 
 /// The cases: some hundred worlds have every kind of body, shape, joint, formula, operator and scheme.
 const SEEDS: std::ops::Range<u64> = 1_000..1_400;
@@ -24,7 +24,7 @@ const PRECISION: &str = if cfg!(feature = "f64") { "f64" } else { "f32" };
 fn hash(seed: u64) -> u64 {
     let mut hash = 0xcbf2_9ce4_8422_2325;
     let mut add = |byte: u8| hash = (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
-    match attempt(seed, true) {
+    match attempt(seed, Way::of(seed)) {
         Ok(steps) => {
             let numbers = steps.into_iter().flatten().flatten();
             let numbers = numbers.map(|it| {

@@ -105,27 +105,50 @@ fn still_finite(before: &[(RigidBodyHandle, bool)], world: &PhysicsWorld) -> Res
     })
 }
 
-/// A step by its halves, or what was wrong with the numbers that one of them wrote.
+/// A step by its halves, and whether bodies were absurdly fast between them; or what was wrong with the numbers that one
+/// of them wrote.
 fn halves(
     fields: &mut Fields,
     world: &mut PhysicsWorld,
-) -> Result<Result<StepOutcome, StepError>, String> {
+) -> Result<(Result<StepOutcome, StepError>, bool), String> {
     let before = are_finite(world);
     let open = match fields.begin(WorldMut::from(&mut *world)) {
         Ok(open) => open,
-        Err(error) => return Ok(Err(error)),
+        Err(error) => return Ok((Err(error), false)),
     };
     still_finite(&before, world)?;
+    let absurd = is_absurd(world);
     world.step_with_events(&open.hooks(&()), &());
     let before = are_finite(world);
     let outcome = fields.finish(open, WorldMut::from(&mut *world));
     still_finite(&before, world)?;
-    Ok(outcome)
+    Ok((outcome, absurd))
 }
 
-/// Runs a case, with its fields or by Rapier alone.
-fn run(seed: u64, with_fields: bool) -> Outcome {
+/// The way in which a case is run.
+#[derive(Clone, Copy, PartialEq)]
+enum Way {
+    /// By Rapier alone.
+    Alone,
+    Whole,
+    /// Each step by its halves, so that the numbers that the fields write are seen.
+    Halves,
+}
+
+impl Way {
+    /// Odd cases are run by halves.
+    fn of(seed: u64) -> Self {
+        match seed.is_multiple_of(2) {
+            true => Way::Whole,
+            false => Way::Halves,
+        }
+    }
+}
+
+/// Runs a case.
+fn run(seed: u64, way: Way) -> Outcome {
     let mut world = worlds::world(&mut Draw::new(seed, 0));
+    let with_fields = way != Way::Alone;
     let mut fields = with_fields.then(|| fields_of(seed, &world)).flatten();
     let mut edits = Edits::new(seed);
     let mut trace = Vec::new();
@@ -144,10 +167,9 @@ fn run(seed: u64, with_fields: bool) -> Outcome {
             trace.push(bits(&world));
             continue;
         };
-        // Odd cases are made by halves, so that the numbers that the fields write are seen.
-        let outcome = match seed.is_multiple_of(2) {
-            true => fields.step(&mut world),
-            false => halves(fields, &mut world).map_err(|fault| format!("step {step} {fault}"))?,
+        let (outcome, was_absurd) = match way {
+            Way::Halves => halves(fields, &mut world).map_err(|it| format!("step {step} {it}"))?,
+            _ => (fields.step(&mut world), false),
         };
         let took = start.elapsed();
         if took > LONGEST {
@@ -164,8 +186,7 @@ fn run(seed: u64, with_fields: bool) -> Outcome {
                 break;
             }
             world.step();
-        } else if !was_wild
-            && !is_absurd(&world)
+        } else if !(was_wild || was_absurd || is_absurd(&world))
             && world
                 .bodies
                 .iter()
@@ -183,34 +204,38 @@ fn run(seed: u64, with_fields: bool) -> Outcome {
 static PANIC: Mutex<String> = Mutex::new(String::new());
 
 /// Runs a case; a panic becomes its fault.
-fn attempt(seed: u64, with_fields: bool) -> Outcome {
-    let run = AssertUnwindSafe(|| run(seed, with_fields));
+fn attempt(seed: u64, way: Way) -> Outcome {
+    let run = AssertUnwindSafe(|| run(seed, way));
     catch_unwind(run).unwrap_or_else(|_| Err(PANIC.lock().map(|it| it.clone()).unwrap_or_default()))
 }
 
 /// The fault of a case, unless there is none or Rapier alone has it.
 fn judge(seed: u64) -> Option<String> {
-    let first = attempt(seed, true);
+    let first = attempt(seed, Way::of(seed));
     match &first {
-        Ok(_) if seed.is_multiple_of(4) => match attempt(seed, true) {
+        Ok(_) if seed.is_multiple_of(4) => match attempt(seed, Way::of(seed)) {
             // The time depends on what else the machine does.
             Err(fault) if fault.contains("took") => None,
             again => (again != first).then(|| "not the same bits twice".to_owned()),
         },
         Ok(_) => None,
+        // By halves, speeds before Rapier's step are seen, too.
+        Err(fault) if fault.contains("not finite") && attempt(seed, Way::Halves).is_ok() => None,
         Err(fault) => {
-            // The fault is Rapier's own if Rapier alone fails in this world, or panics alike once bodies are given the
+            // The fault is Rapier's own if Rapier alone fails in this world, or fails alike once bodies are given the
             // states that they have with fields.
-            let alone = attempt(seed, false);
-            let is_its_own = match &alone {
+            let is_its_own = match &attempt(seed, Way::Alone) {
                 Err(_) => true,
                 Ok(trace) => {
                     fault.contains("not finite") && !trace.iter().flatten().flatten().all(is_number)
                 }
             };
-            let panics = |text: &str| PANIC.lock().is_ok_and(|last| *last == text);
-            let replayed = || replay::panics_alone(seed) && panics(fault);
-            let is_its_own = is_its_own || fault.starts_with("panicked") && replayed();
+            let is_its_own = is_its_own
+                || match replay::replay(seed) {
+                    replay::Alone::Panics => PANIC.lock().is_ok_and(|last| *last == *fault),
+                    replay::Alone::NotFinite => fault.contains("not finite"),
+                    replay::Alone::Nothing => false,
+                };
             (!is_its_own).then(|| fault.clone())
         }
     }

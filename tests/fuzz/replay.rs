@@ -1,4 +1,5 @@
-//! A replay without fields, in which bodies are given the states that they have with fields. Does Rapier panic, too?
+//! A replay without fields, in which bodies are given the states that they have with fields. Does Rapier panic, too, or
+//! compute velocities that are not finite?
 //!
 //! The smallest world found in this way, without fields: two bodies, a step of length zero, the first body disabled,
 //! and a step of another length, in which Rapier 0.36.1 panics ("index out of bounds" in
@@ -11,7 +12,7 @@ use rapier3d_fields::prelude::*;
 
 use crate::draw::Draw;
 use crate::edits::Edits;
-use crate::{fields_of, worlds};
+use crate::{fields_of, is_finite, worlds};
 
 /// The state of a body between steps.
 struct Seen {
@@ -77,18 +78,37 @@ fn record(seed: u64) -> Vec<[Vec<Seen>; 2]> {
     steps
 }
 
-/// Returns true if Rapier alone panics in a case in which the bodies are given the states that they have with fields.
-pub fn panics_alone(seed: u64) -> bool {
+/// What Rapier alone does in a case in which the bodies are given the states that they have with fields.
+#[derive(PartialEq)]
+pub enum Alone {
+    Panics,
+    /// An enabled body is not finite after a step that began with finite ones.
+    NotFinite,
+    Nothing,
+}
+
+pub fn replay(seed: u64) -> Alone {
     let steps = record(seed);
     let run = || {
         let mut world = worlds::world(&mut Draw::new(seed, 0));
         let mut edits = Edits::new(seed);
+        let mut outcome = Alone::Nothing;
         for (step, [before, after]) in steps.iter().enumerate() {
             edits.apply(step, &mut world, None);
             show(&mut world, before);
+            let was_finite = all_finite(&world);
             world.step();
+            if was_finite && !all_finite(&world) {
+                outcome = Alone::NotFinite;
+            }
             show(&mut world, after);
         }
+        outcome
     };
-    catch_unwind(AssertUnwindSafe(run)).is_err()
+    catch_unwind(AssertUnwindSafe(run)).unwrap_or(Alone::Panics)
+}
+
+fn all_finite(world: &PhysicsWorld) -> bool {
+    let mut bodies = world.bodies.iter();
+    bodies.all(|(_, body)| !body.is_enabled() || is_finite(body))
 }
