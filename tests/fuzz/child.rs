@@ -7,10 +7,11 @@ use std::time::{Duration, Instant};
 
 use crate::{FOUND, LONGEST, Way, attempt, judge};
 
-/// The cases to be run.
+/// The cases to be run: every so many seeds from the first one on.
 #[derive(Clone, Copy)]
 pub struct Cases {
     pub first: u64,
+    pub every: u64,
     pub most: u64,
     pub until: Instant,
 }
@@ -59,7 +60,7 @@ pub fn run(cases: Cases) {
         say("at", cases.first, "");
         std::process::abort();
     }
-    let fresh = cases.first..cases.first.saturating_add(cases.most);
+    let fresh = (0..cases.most).map(|number| cases.first + number * cases.every);
     let fresh = fresh.take_while(|_| Instant::now() < cases.until);
     let known = FOUND.into_iter().filter(|_| task == FOUND_FIRST);
     for seed in known.chain(fresh) {
@@ -75,10 +76,42 @@ pub fn run(cases: Cases) {
     say("end", 0, "");
 }
 
+impl Cases {
+    /// Deals the cases out to as many processes.
+    fn share(self, process: u64, of: u64) -> Self {
+        Cases {
+            first: self.first + process * self.every,
+            every: of * self.every,
+            most: self.most.saturating_sub(process).div_ceil(of),
+            ..self
+        }
+    }
+}
+
+/// Runs the cases on all processors; only the first one has this task.
+pub fn watch_all(cases: Cases, task: &str) -> Found {
+    let processes = std::thread::available_parallelism().map_or(1, |it| it.get() as u64);
+    let watch = |process| {
+        let task = if process == 0 { task } else { "fresh" };
+        watch(cases.share(process, processes), task)
+    };
+    std::thread::scope(|scope| {
+        let all: Vec<_> = (0..processes)
+            .map(|process| scope.spawn(move || watch(process)))
+            .collect();
+        let mut found = Found::default();
+        for one in all {
+            let one = one.join().expect("no panic");
+            found.count += one.count;
+            found.wrong.extend(one.wrong);
+        }
+        found
+    })
+}
+
 /// Runs the cases in children, the first one with this task. After a child dies, another one runs the remaining cases.
 pub fn watch(mut cases: Cases, mut task: &str) -> Found {
     let mut found = Found::default();
-    let last = cases.first.saturating_add(cases.most);
     loop {
         let Some((seed, end)) = follow(start(cases, task), &mut found) else {
             return found;
@@ -91,9 +124,11 @@ pub fn watch(mut cases: Cases, mut task: &str) -> Found {
             }
         }
         task = "fresh";
-        if (cases.first..last).contains(&seed) {
-            cases.first = seed + 1;
-            cases.most = last - cases.first;
+        // Known seeds are run before the first one.
+        let done = seed.checked_sub(cases.first).map(|it| it / cases.every);
+        if let Some(number) = done.filter(|it| *it < cases.most) {
+            cases.first = seed + cases.every;
+            cases.most -= number + 1;
         }
     }
 }
@@ -105,6 +140,7 @@ fn start(cases: Cases, task: &str) -> Child {
         .args(["worlds_survive_their_fields", "--exact", "--nocapture"])
         .env(TASK, task)
         .env("FUZZ_SEED", cases.first.to_string())
+        .env("FUZZ_EVERY", cases.every.to_string())
         .env("FUZZ_CASES", cases.most.to_string())
         .env("FUZZ_SECONDS", left.as_secs_f64().ceil().to_string())
         .stdin(Stdio::null())
@@ -170,6 +206,7 @@ fn pass_on(out: impl BufRead, sender: &Sender<String>) {
 fn ends_alone(seed: u64) -> bool {
     let cases = Cases {
         first: seed,
+        every: 1,
         most: 1,
         until: Instant::now(),
     };
