@@ -174,13 +174,11 @@ impl Gatherer {
         }
         let start = place.checked_sub(1).map_or(0, |last| self.bodies[last].end);
         let parts = &self.parts[start..stamp.end];
-        let handles = world
-            .body(body.handle)
-            .map_or(&[][..], |body| body.colliders());
-        let holds = |(part, handle): (&PartStamp, &ColliderHandle)| {
-            part.still_holds(*handle, world.collider(*handle))
-        };
-        handles.len() == parts.len() && parts.iter().zip(handles).all(holds)
+        let found = world.body(body.handle);
+        let handles = found.map_or(&[][..], |it| it.colliders());
+        let mut pairs = parts.iter().zip(handles);
+        handles.len() == parts.len()
+            && pairs.all(|(part, handle)| part.still_holds(*handle, world.collider(*handle)))
     }
 
     /// Makes `samples` of some bodies anew.
@@ -246,9 +244,8 @@ impl Making<'_> {
             return;
         }
         let first = samples.sites.len();
-        let handles = world
-            .body(body.handle)
-            .map_or(&[][..], |body| body.colliders());
+        let found = world.body(body.handle);
+        let handles = found.map_or(&[][..], |it| it.colliders());
         let alone = handles.len() == 1;
         for handle in handles {
             let collider = world.collider(*handle);
