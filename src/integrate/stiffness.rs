@@ -163,9 +163,10 @@ pub enum StepWarning {
         /// The body.
         body: RigidBodyHandle,
     },
-    /// Swept detection reached its limit of work, [`FieldSettings::swept_work`](crate::pipeline::FieldSettings::swept_work).
-    /// Bodies that touch after that stay where they touch until the step ends, and keep their velocity. Bodies that
-    /// cannot come to rest reach the limit, and bodies that turn some hundred times in a step.
+    /// Swept detection reached its limit of work,
+    /// [`FieldSettings::swept_work`](crate::pipeline::FieldSettings::swept_work). Bodies that touch after that stay where
+    /// they touch until the step ends, and keep their velocity. Bodies that cannot come to rest reach the limit, and
+    /// bodies that turn many times in a step and meet others.
     #[error(
         "swept detection reached its limit of work: {bodies} bodies stay where they touched until the step ends"
     )]

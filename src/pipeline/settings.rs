@@ -24,8 +24,8 @@ pub struct FieldSettings {
     pub scheme: Scheme,
     /// The largest number of substeps that [`Scheme::Auto`] and [`Substeps::PerBody`](crate::Substeps::PerBody) choose
     /// for a body, from 1 to 4096, which is the default; `PerBody` chooses 256 at most. Parts of unequal lengths may be
-    /// four times as many. The work of a step is at most this multiple of that of a plain step, for first and finer
-    /// attempts together twice as much. Where the motion would need more, the step warns, as `Auto` says.
+    /// four times as many, and all attempts together evaluate fields some ten times as often. Where the motion would
+    /// need more, the step warns, as `Auto` says.
     pub max_substeps: u32,
     /// The rule by which fields wake sleeping bodies.
     pub wake: WakePolicy,

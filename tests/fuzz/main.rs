@@ -57,8 +57,9 @@ fn is_finite(body: &RigidBody) -> bool {
 /// Rapier alone may turn bodies faster than this into ones that are not finite.
 const ABSURD: Real = 1e9;
 
-/// Whether an enabled body is absurdly fast, or its force makes it so within a step. Fields may push bodies to speeds whose squares are just finite; Rapier's
-/// solver multiplies them with masses and lever arms, and so makes others infinite.
+/// Whether an enabled body is absurdly fast, or its force makes it so within a step. Fields may push bodies to speeds
+/// whose squares are just finite; Rapier's solver multiplies them with masses and lever arms, and so makes others
+/// infinite.
 fn is_absurd(world: &PhysicsWorld) -> bool {
     let dt = world.integration_parameters.dt;
     let speed = |body: &RigidBody| {

@@ -37,7 +37,7 @@ struct Met {
 }
 
 impl Shapes {
-    /// The samples of the shapes that are known so far, for other bodies or for a question between steps.
+    /// The samples of the shapes that are known so far, for a question between steps.
     pub(super) fn share(&self) -> Self {
         Shapes {
             colliders: self.colliders.clone(),
@@ -123,7 +123,7 @@ mod tests {
     use crate::math::ColliderSet;
     use crate::rapier::geometry::ColliderBuilder;
 
-    /// A question about a thousand cylinders took as long as their samples, 28 ms in place of 2.
+    /// Each question between steps sampled all shapes anew.
     #[test]
     fn shapes_that_are_known_are_not_sampled_again() {
         let (mut shapes, mut colliders) = (Shapes::default(), ColliderSet::new());
