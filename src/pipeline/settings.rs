@@ -65,13 +65,19 @@ impl FieldSettings {
     /// An error if a setting is out of its range.
     pub(crate) fn validate(&self) -> Result<(), BuildError> {
         self.scheme.validate()?;
+        let bad = |quantity, requirement, value| BuildError::Parameter {
+            field: "the settings".into(),
+            quantity,
+            requirement,
+            value: f64::from(value),
+        };
         if !(1..=MOST_AUTO).contains(&self.max_substeps) {
-            return Err(BuildError::Parameter {
-                field: "the settings".into(),
-                quantity: "the largest number of substeps",
-                requirement: "from 1 to 4096",
-                value: f64::from(self.max_substeps),
-            });
+            let quantity = "the largest number of substeps";
+            return Err(bad(quantity, "from 1 to 4096", self.max_substeps));
+        }
+        // Without any work, bodies that touch would stay there for ever.
+        if self.swept_work == 0 {
+            return Err(bad("the work of swept detection", "at least 1", 0));
         }
         self.wake.validate()
     }

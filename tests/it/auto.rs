@@ -511,13 +511,14 @@ fn the_work_of_a_step_is_limited_by_a_setting() {
 }
 
 #[test]
-fn the_largest_number_of_substeps_is_checked() {
-    for (number, valid) in [(0, false), (1, true), (4096, true), (4097, false)] {
+fn limits_of_work_are_checked() {
+    let limits = [(0, 1), (1, 1), (4096, 1), (4097, 1), (64, 0)];
+    for (number, valid) in limits.into_iter().zip([false, true, true, false, false]) {
         let mut settings = FieldSettings::default();
-        settings.max_substeps = number;
+        (settings.max_substeps, settings.swept_work) = number;
         let built = Fields::builder(Field::uniform(Vector::X))
             .settings(settings)
             .build();
-        assert_eq!(built.is_ok(), valid, "{number}: {:?}", built.err());
+        assert_eq!(built.is_ok(), valid, "{number:?}: {:?}", built.err());
     }
 }
