@@ -112,8 +112,14 @@ fn no_rotor_beyond_all_substeps_gains_energy_without_a_warning() {
     assert!(silent.is_empty(), "{silent:#?}");
 }
 
-/// A dynamic body of two balls that bounces off a ball, and gets the shape of one ball once both are near.
 fn two_balls_that_become_one() -> (PhysicsWorld, [ColliderHandle; 2]) {
+    two_balls_that_become_one_after(|world| world.step())
+}
+
+/// A dynamic body of two balls that bounces off a ball, and gets the shape of one ball once both are near.
+fn two_balls_that_become_one_after(
+    mut step: impl FnMut(&mut PhysicsWorld),
+) -> (PhysicsWorld, [ColliderHandle; 2]) {
     let mut world = weightless(1.0 / 60.0);
     let ball = ColliderBuilder::ball(1.0);
     let other = world.insert_collider(ball, None);
@@ -123,10 +129,12 @@ fn two_balls_that_become_one() -> (PhysicsWorld, [ColliderHandle; 2]) {
     };
     let both = vec![child(0.15, -0.15), child(-0.15, 0.15)];
     let body = RigidBodyBuilder::dynamic()
-        .translation(Vector::new(1.1, 1.1, 0.0))
+        .translation(Vector::new(1.14, 1.14, 0.0))
         .linvel(Vector::new(-0.7, -0.7, 0.0));
     let (_, collider) = world.insert(body, ColliderBuilder::compound(both).restitution(1.0));
-    world.step();
+    for _ in 0..4 {
+        step(&mut world);
+    }
     let pair = world.narrow_phase.contact_pair(other, collider);
     assert_eq!(pair.map(|it| it.manifolds().len()), Some(2), "two contacts");
     world.colliders[collider].set_shape(SharedShape::ball(0.5));
@@ -161,6 +169,20 @@ fn contacts_that_outlive_a_shape_are_warned_of() {
             assert!(told[..parts].iter().all(|count| *count == 1), "{told:?}");
         }
     }
+}
+
+/// A shape that is set later than in the first step is noticed in the next one.
+#[test]
+fn contacts_that_outlive_a_shape_are_warned_of_at_once() {
+    let field = Field::uniform(Vector::Z * 1e-3);
+    let mut fields = build(field, Scheme::KickDriftKick);
+    let (mut world, pair) = two_balls_that_become_one_after(|world| {
+        fields.step(world).expect("a step");
+        assert!(fields.warnings().is_empty(), "{:?}", fields.warnings());
+    });
+    fields.step(&mut world).expect("a step");
+    let outlives = StepWarning::ContactsOutliveShape { colliders: pair };
+    assert_eq!(fields.warnings(), [outlives]);
 }
 
 /// Shapes of several parts, and shapes that are set while nothing is near, cause no warning.
