@@ -4,6 +4,8 @@
 //! that is read when a program starts, so one build has them all.
 
 mod prepare;
+mod programs;
+mod reach;
 mod report;
 mod run;
 mod sites;
@@ -75,10 +77,13 @@ enum Task {
         #[arg(long, default_value = "")]
         room: String,
     },
-    /// Build the tests of a copy, and run them for each change until one fails, for two changes at a time. Goes on
-    /// where it was stopped.
+    /// Build the tests of a copy, find out which tests come to which changes, and run these tests for each change, the
+    /// quickest first, until one fails; for two changes at a time. Goes on where it was stopped.
     Run {
         folder: PathBuf,
+        /// Give a change up after tests that take this many seconds without it.
+        #[arg(long, default_value_t = f64::INFINITY)]
+        seconds: f64,
         /// Only the changes whose number leaves this remainder.
         #[arg(long, default_value_t = 0)]
         shard: usize,
@@ -86,7 +91,12 @@ enum Task {
         of: usize,
     },
     /// Print a table by room, and the changes that no test noticed.
-    Report { folder: PathBuf },
+    Report {
+        folder: PathBuf,
+        /// Fail if more than this percentage survived.
+        #[arg(long, default_value_t = 100.0)]
+        most: f64,
+    },
 }
 
 fn main() {
@@ -98,7 +108,18 @@ fn main() {
             seed,
             room,
         } => prepare::prepare(&absolute(folder), count, seed, &room),
-        Task::Run { folder, shard, of } => run::run(&absolute(folder), shard, of.max(1)),
-        Task::Report { folder } => report::report(&absolute(folder)),
+        Task::Run {
+            folder,
+            seconds,
+            shard,
+            of,
+        } => run::run(&absolute(folder), seconds, shard, of.max(1)),
+        Task::Report { folder, most } => {
+            let survived = report::report(&absolute(folder));
+            if survived > most {
+                eprintln!("{survived:.1} % survived; at most {most} % may");
+                std::process::exit(1);
+            }
+        }
     }
 }

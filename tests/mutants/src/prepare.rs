@@ -7,18 +7,41 @@ use std::process::{Command, Stdio};
 use crate::sites::{Site, sites};
 use crate::{Mutant, write_list};
 
-/// The switch, as a module of the copy.
+/// The switch, as a module of the copy. With `MUTANT_REACHED`, it appends the numbers of the changes that a program
+/// comes to to the file of this name, and makes none.
 const SWITCH: &str = r#"
 /// The change that is switched on.
 pub(crate) mod mutants {
+    use std::io::Write;
     use std::sync::OnceLock;
+    use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
+    const ALL: u32 = u32::MAX;
     static CHOSEN: OnceLock<u32> = OnceLock::new();
+    static REACHED: [AtomicBool; 1 << 16] = [const { AtomicBool::new(false) }; 1 << 16];
 
     #[inline]
     pub(crate) fn on(id: u32) -> bool {
-        let read = || std::env::var("MUTANT").ok().and_then(|it| it.parse().ok());
-        *CHOSEN.get_or_init(|| read().unwrap_or(0)) == id
+        let chosen = *CHOSEN.get_or_init(chosen);
+        if chosen == ALL && !REACHED[id as usize].swap(true, Relaxed) {
+            note(id);
+        }
+        chosen == id
+    }
+
+    fn chosen() -> u32 {
+        if std::env::var_os("MUTANT_REACHED").is_some() {
+            return ALL;
+        }
+        let read = std::env::var("MUTANT").ok().and_then(|it| it.parse().ok());
+        read.unwrap_or(0)
+    }
+
+    #[cold]
+    fn note(id: u32) {
+        let path = std::env::var_os("MUTANT_REACHED").expect("the name of a file");
+        let file = std::fs::File::options().create(true).append(true).open(path);
+        writeln!(file.expect("a file"), "{id}").expect("a line");
     }
 }
 "#;
@@ -101,8 +124,25 @@ fn sources(root: &Path, room: &str) -> BTreeMap<String, String> {
         }
     }
     let inside = format!("src/{room}");
-    sources.retain(|name, _| name.starts_with(&inside));
+    let of_tests: Vec<String> = sources
+        .iter()
+        .flat_map(|(name, text)| test_modules(name, text))
+        .collect();
+    sources.retain(|name, _| name.starts_with(&inside) && !of_tests.contains(name));
     sources
+}
+
+/// The files of the modules that a file declares for tests only.
+fn test_modules(name: &str, text: &str) -> Vec<String> {
+    let folder = name
+        .trim_end_matches("/mod.rs")
+        .trim_end_matches("/lib.rs")
+        .trim_end_matches(".rs");
+    let after = text.split("#[cfg(test)]\nmod ").skip(1);
+    let names = after.filter_map(|it| it.split_once(';'));
+    names
+        .map(|(module, _)| format!("{folder}/{module}.rs"))
+        .collect()
 }
 
 /// A SplitMix64 generator.

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use crate::read_list;
-use crate::run::RESULTS;
+use crate::run::{RESULTS, SURVIVED, UNREACHED};
 
 #[derive(Default)]
 struct Tally {
@@ -18,7 +18,8 @@ impl Tally {
     }
 }
 
-pub fn report(folder: &Path) {
+/// Prints the table; returns the percentage that survived in all rooms.
+pub fn report(folder: &Path) -> f64 {
     let mutants: BTreeMap<usize, _> = read_list(folder)
         .into_iter()
         .map(|it| (it.id, it))
@@ -33,14 +34,15 @@ pub fn report(folder: &Path) {
             .next()
             .and_then(|it| it.parse().ok())
             .expect("a number");
-        let survived = words.next() == Some("SURVIVED");
+        let verdict = words.next().unwrap_or_default();
+        let survived = [SURVIVED, UNREACHED].contains(&verdict);
         let mutant = &mutants[&id];
         for tally in [rooms.entry(mutant.room()).or_default(), &mut all] {
             tally.tried += 1;
             tally.survived += usize::from(survived);
         }
         if survived {
-            survivors.push(mutant);
+            survivors.push((mutant, verdict));
         }
     }
     println!("| room | changes | survived | % |\n|---|---|---|---|");
@@ -53,7 +55,13 @@ pub fn report(folder: &Path) {
         );
     }
     println!();
-    for it in survivors {
-        println!("- {} {}:{}: {}", it.id, it.file, it.line, it.change);
+    for (it, verdict) in survivors {
+        let note = if verdict == UNREACHED {
+            " (no test comes to it)"
+        } else {
+            ""
+        };
+        println!("- {} {}:{}: {}{note}", it.id, it.file, it.line, it.change);
     }
+    all.share()
 }

@@ -1,51 +1,39 @@
-//! Runs the tests once for each change.
+//! Runs the tests for each change.
 
-use std::collections::{BTreeMap, BTreeSet};
-use std::io::{BufRead, BufReader, Write};
-use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::collections::BTreeSet;
+use std::io::Write;
+use std::path::Path;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
+use crate::programs::{End, Program, build};
+use crate::reach::{Test, tests};
 use crate::read_list;
 
 pub const RESULTS: &str = "results.tsv";
 
+/// The verdict on a change that no test notices.
+pub const SURVIVED: &str = "SURVIVED";
+/// The verdict on a change that no test comes to.
+pub const UNREACHED: &str = "UNREACHED";
+
 /// Changes that are tried at the same time.
-const AT_ONCE: usize = 2;
+pub const AT_ONCE: usize = 2;
 
-/// The packages of the tests, and their programs in the order in which they are run.
-const PROGRAMS: [(&str, &str); 4] = [
-    ("rapier3d-fields-tests", "unit"),
-    ("rapier3d-fields-tests", "it"),
-    ("rapier3d-fields-tests-f64", "unit"),
-    ("rapier3d-fields-tests-f64", "it"),
-];
+/// The time that the first tests of a change take together; that of the next ones is four times as long, and so on.
+const FIRST_SECONDS: f64 = 0.5;
 
-struct Program {
-    path: PathBuf,
-    /// The folder that the tests are run in.
-    folder: PathBuf,
-    /// Tests that fail without a change: those that read the sources.
-    skipped: Vec<String>,
-    longest: Duration,
-}
-
-/// The end of a run of the tests.
-enum End {
-    Passed,
-    Failed(String),
-}
-
-pub fn run(folder: &Path, shard: usize, of: usize) {
-    let programs: Vec<Program> = build(folder).into_iter().map(known).collect();
+pub fn run(folder: &Path, seconds: f64, shard: usize, of: usize) {
+    let programs = build(folder);
+    let tests = tests(folder, &programs);
     let done = finished(folder);
-    let left: Vec<_> = read_list(folder)
+    let mut left: Vec<_> = read_list(folder)
         .into_iter()
         .filter(|it| it.id % of == shard && !done.contains(&it.id))
         .collect();
+    // Numbers are in a random order, so that a run that is stopped has tried some of each file.
+    left.sort_by_key(|it| it.id);
     println!("{} changes to try", left.len());
     let results = std::fs::File::options()
         .create(true)
@@ -56,13 +44,8 @@ pub fn run(folder: &Path, shard: usize, of: usize) {
     let work = || {
         while let Some(mutant) = left.get(next.fetch_add(1, Ordering::Relaxed)) {
             let start = Instant::now();
-            let ends = programs.iter().map(|it| attempt(it, mutant.id));
-            let noticed = ends.into_iter().find_map(|end| match end {
-                End::Passed => None,
-                End::Failed(test) => Some(test),
-            });
+            let verdict = verdict(&programs, &tests, mutant.id, seconds);
             let took = start.elapsed().as_secs();
-            let verdict = noticed.unwrap_or_else(|| "SURVIVED".to_owned());
             println!(
                 "{} {}:{} {verdict} ({took} s)",
                 mutant.id, mutant.file, mutant.line
@@ -84,117 +67,49 @@ fn finished(folder: &Path) -> BTreeSet<usize> {
     text.lines().filter_map(id).collect()
 }
 
-/// Builds the tests; returns the paths of their programs.
-fn build(folder: &Path) -> Vec<Program> {
-    let built = Command::new("cargo")
-        .args(["test", "--release", "--no-run", "--message-format=json"])
-        .args([
-            "-p",
-            "rapier3d-fields-tests",
-            "-p",
-            "rapier3d-fields-tests-f64",
-        ])
-        .args(["--test", "unit", "--test", "it"])
-        .env("RUSTFLAGS", "--cap-lints=allow")
-        .current_dir(folder)
-        .stderr(Stdio::inherit())
-        .output()
-        .expect("cargo");
-    assert!(built.status.success(), "the tests do not compile");
-    let mut paths = BTreeMap::new();
-    for line in String::from_utf8_lossy(&built.stdout).lines() {
-        let Ok(message) = serde_json::from_str::<serde_json::Value>(line) else {
-            continue;
-        };
-        let Some(path) = message["executable"].as_str() else {
-            continue;
-        };
-        let text = |value: &serde_json::Value| value.as_str().unwrap_or_default().to_owned();
-        let manifest = PathBuf::from(text(&message["manifest_path"]));
-        let package = if manifest.parent().is_some_and(|it| it.ends_with("f64")) {
-            "rapier3d-fields-tests-f64"
-        } else {
-            "rapier3d-fields-tests"
-        };
-        let name = text(&message["target"]["name"]);
-        paths.insert((package.to_owned(), name), (PathBuf::from(path), manifest));
+/// The name of a test that notices a change, or another verdict on it.
+fn verdict(programs: &[Program], tests: &[Test], mutant: usize, seconds: f64) -> String {
+    let mut left: Vec<&Test> = tests
+        .iter()
+        .filter(|it| it.reached.contains(&mutant))
+        .collect();
+    if left.is_empty() {
+        return UNREACHED.to_owned();
     }
-    let program = |(package, name): (&str, &str)| {
-        let (path, manifest) = &paths[&(package.to_owned(), name.to_owned())];
-        Program {
-            path: path.clone(),
-            folder: manifest.parent().expect("a folder").to_owned(),
-            skipped: Vec::new(),
-            longest: Duration::from_secs(3600),
+    let (mut budget, mut spent) = (FIRST_SECONDS, 0.0);
+    while !left.is_empty() && spent < seconds {
+        let mut sum = 0.0;
+        let count = left.iter().take_while(|it| {
+            sum += it.seconds;
+            sum <= budget.min(seconds - spent)
+        });
+        let batch: Vec<&Test> = left.drain(..count.count().max(1)).collect();
+        if let Some(test) = noticed(programs, &batch, mutant) {
+            return test;
         }
-    };
-    PROGRAMS.into_iter().map(program).collect()
+        spent += batch.iter().map(|it| it.seconds).sum::<f64>();
+        budget *= 4.0;
+    }
+    SURVIVED.to_owned()
 }
 
-/// The program, after a run without a change.
-fn known(mut program: Program) -> Program {
-    let start = Instant::now();
-    while let End::Failed(test) = attempt(&program, 0) {
-        println!("{test} fails without a change, and is left out");
-        program.skipped.push(test);
-    }
-    program.longest = 5 * start.elapsed() + Duration::from_secs(60);
-    program
-}
-
-fn start(program: &Program, mutant: usize) -> Child {
-    let skips = program.skipped.iter().flat_map(|it| ["--skip", it]);
-    Command::new(&program.path)
-        .args(["--test-threads", "1", "--exact"])
-        .args(skips)
-        .env("MUTANT", mutant.to_string())
-        .env("PROPTEST_RNG_SEED", "20250")
-        .current_dir(&program.folder)
-        .stdin(Stdio::null())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::null())
-        .spawn()
-        .expect("a program of tests")
-}
-
-/// Runs the tests of a program until one fails.
-fn attempt(program: &Program, mutant: usize) -> End {
-    let mut child = start(program, mutant);
-    let out = BufReader::new(child.stdout.take().expect("piped"));
-    let (sender, lines) = channel();
-    std::thread::spawn(move || {
-        for line in out.lines().map_while(Result::ok) {
-            if sender.send(line).is_err() {
-                return;
-            }
+/// The first of some tests that notices a change.
+fn noticed(programs: &[Program], batch: &[&Test], mutant: usize) -> Option<String> {
+    programs.iter().enumerate().find_map(|(number, program)| {
+        let own: Vec<&Test> = batch
+            .iter()
+            .filter(|it| it.program == number)
+            .copied()
+            .collect();
+        if own.is_empty() {
+            return None;
         }
-    });
-    let until = Instant::now() + program.longest;
-    let mut last = String::new();
-    let end = loop {
-        let left = until.saturating_duration_since(Instant::now());
-        let line: String = match lines.recv_timeout(left) {
-            Ok(line) => line,
-            Err(RecvTimeoutError::Timeout) => break Some("TOO LONG".to_owned()),
-            Err(RecvTimeoutError::Disconnected) => break None,
-        };
-        // With one thread, the name comes first, and the end of the line after the test.
-        if let Some(test) = line.strip_prefix("test ")
-            && let Some((name, _)) = test.split_once(" ...")
-        {
-            name.clone_into(&mut last);
+        let names: Vec<&str> = own.iter().map(|it| it.name.as_str()).collect();
+        let seconds = own.iter().map(|it| it.seconds).sum::<f64>();
+        let longest = Duration::from_secs_f64(20.0 + 5.0 * seconds);
+        match program.attempt(mutant, &names, longest) {
+            End::Passed => None,
+            End::Failed(test) => Some(test),
         }
-        if line.ends_with("FAILED") && !last.is_empty() {
-            break Some(last.clone());
-        }
-    };
-    if end.is_some() {
-        let _ = child.kill();
-    }
-    let status = child.wait().expect("a child");
-    match end {
-        Some(test) => End::Failed(test),
-        None if status.success() => End::Passed,
-        None => End::Failed(format!("{last} ended the program")),
-    }
+    })
 }
