@@ -3,10 +3,9 @@
 use rapier3d_fields::math::{Real, from_dvec3, from_f64, to_f64};
 use rapier3d_fields::prelude::*;
 
-use crate::support::build;
 use crate::support::numbers::Numbers;
+use crate::support::{build, cases};
 
-const WORLDS: u64 = 200;
 const STEPS: usize = 200;
 /// Number of parts into which the reference divides a step.
 const PARTS: usize = 64;
@@ -169,18 +168,19 @@ const NO_TOLERANCE: f64 = 0.01 * BOUND;
 
 #[test]
 fn schemes_warn_only_where_the_error_of_a_step_is_large() {
+    let worlds = u64::from(cases(100).cases);
     let mut rightly = 0;
     for (scheme, tolerance) in [
         (Scheme::KickDriftKick, NO_TOLERANCE),
         (Scheme::Kick, NO_TOLERANCE),
         (Scheme::auto(0.01), 0.01),
     ] {
-        let alarms = (0..WORLDS).filter_map(|seed| Alarm::first(seed, scheme));
+        let alarms = (0..worlds).filter_map(|seed| Alarm::first(seed, scheme));
         let errors = alarms.map(|alarm| (alarm.error(), alarm));
         let (right, wrong): (Vec<_>, Vec<_>) =
             errors.partition(|(error, _)| *error > tolerance / BOUND);
         rightly += right.len();
-        assert!(100 * wrong.len() as u64 <= WORLDS, "{wrong:?}");
+        assert!(100 * wrong.len() as u64 <= worlds, "{wrong:?}");
     }
     assert!(
         rightly > 3,

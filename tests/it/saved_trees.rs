@@ -270,7 +270,7 @@ fn damaged_bytes_give_an_error_or_a_tree() {
     let mut runner = TestRunner::deterministic();
     let mut random = Random::new(11);
     let (mut read, mut ran) = (0, 0);
-    for _ in 0..cases(150).cases {
+    for _ in 0..cases(60).cases {
         let mut draw = |s: &mut dyn FnMut(&mut TestRunner)| s(&mut runner);
         let (mut plans, mut plan) = (Vec::new(), Vec::new());
         draw(&mut |runner| plans = bodies(3, 1..=3).new_tree(runner).expect("bodies").current());

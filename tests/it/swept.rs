@@ -298,7 +298,7 @@ fn swept_contacts_have_the_numbers_of_the_table() {
     assert!(compared >= 230, "{compared}");
 }
 
-/// Rapier's own solver on the same pairs, printed for comparison; the only bound is that it answers more than half of
+/// Rapier's own solver on a fifth of the same pairs, printed for comparison; the only bound is that it answers more than half of
 /// them.
 #[test]
 fn rapiers_solver_answers_most_pairs() {
@@ -306,7 +306,7 @@ fn rapiers_solver_answers_most_pairs() {
         for dt in [1e-3, 1e-2] {
             let mut off: Vec<f64> = Vec::new();
             let mut missed = 0;
-            for case in cases.iter().filter(|case| case.hit) {
+            for case in cases.iter().filter(|case| case.hit).step_by(5) {
                 let (start, _) = window(case, dt);
                 let (mut world, _) = world_of(case, start, dt, Detection::Discrete);
                 let begin = flights_of(&world, case);

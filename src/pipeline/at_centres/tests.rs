@@ -173,7 +173,7 @@ fn scenes() -> impl Strategy<Value = Scene> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(48))]
+    #![proptest_config(ProptestConfig::with_cases(20))]
 
     /// Both agree to rounding, until a contact enlarges the difference. Steps with samples keep the slope of a
     /// quadratic drag from one step to the next, so with such a drag both are compared with a run at small steps.
