@@ -26,6 +26,8 @@ use crate::rapier::prelude::{
 use crate::rigid::{Body, Lookup, Wrench};
 use crate::sample::{Gatherer, Moment, Properties, Samples};
 
+mod linearised;
+
 /// Fields, and a world of bodies on which they act.
 struct Stage {
     set: FieldSet,
