@@ -65,6 +65,7 @@ mod modifier_laws;
 mod moving_frames;
 #[cfg(feature = "f64")]
 mod orders;
+mod outcomes;
 #[cfg(feature = "f32")]
 mod pages;
 #[cfg(feature = "f64")]
