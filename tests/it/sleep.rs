@@ -342,6 +342,44 @@ fn a_body_that_wakes_among_sleepers_misses_no_field() {
     }
 }
 
+/// The positions and velocities of a box that tumbles over the floor under a force and on a spring, beside this
+/// number of sleeping boxes.
+fn tumbled(sleepers: usize, scheme: Scheme) -> Vec<[Vector; 3]> {
+    let mut world = PhysicsWorld::new();
+    let floor = RigidBodyBuilder::fixed().translation(Vector::Y * -0.5);
+    world.insert(floor, ColliderBuilder::cuboid(60.0, 0.5, 60.0));
+    let body = RigidBodyBuilder::dynamic()
+        .translation(Vector::new(0.0, 1.0, 0.0))
+        .angvel(Vector::new(1.0, 0.5, -2.0));
+    let shape = ColliderBuilder::cuboid(0.3, 0.2, 0.25).restitution(0.7);
+    let (body, _) = world.insert(body, shape);
+    for number in 0..sleepers {
+        let place = [number % 8, number / 8].map(|n| 20.0 + 2.0 * n as Real);
+        let sleeper = RigidBodyBuilder::dynamic()
+            .translation(Vector::new(place[0], 0.2, place[1]))
+            .sleeping(true);
+        world.insert(sleeper, ColliderBuilder::cuboid(0.3, 0.2, 0.25));
+    }
+    let near = Region::ball(15.0);
+    let push = Field::uniform(Vector::X * 0.5).within(near.clone());
+    let spring = Field::spring(2.0).within(near).at(Vector::Y * 0.5);
+    let mut fields = build(push.sum_union(spring), scheme);
+    let step = |_| {
+        fields.step(&mut world).expect("a step");
+        let body = &world.bodies[body];
+        [body.translation(), body.linvel(), body.angvel()]
+    };
+    (0..300).map(step).collect()
+}
+
+/// Beside many sleepers, contacts are looked up for bodies that are awake only.
+#[test]
+fn sleepers_elsewhere_change_no_bit() {
+    for scheme in SCHEMES {
+        assert_eq!(tumbled(0, scheme), tumbled(64, scheme), "{scheme:?}");
+    }
+}
+
 #[test]
 fn a_fraction_that_is_no_number_or_negative_is_refused() {
     for fraction in [Real::NAN, -1.0] {
