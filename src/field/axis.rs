@@ -97,14 +97,16 @@ impl Axis {
     /// Returns true if it depends on the velocity of the sample.
     pub(crate) fn reads_velocity(&self) -> bool {
         use Axis::*;
-        let of_motion = matches!(self, Speed | VelocityX | VelocityY | VelocityZ);
-        of_motion || self.is_steep()
-    }
-
-    /// Returns true if its change between nearby points of a body has no bound.
-    pub(crate) fn is_steep(&self) -> bool {
-        use Axis::*;
-        matches!(self, ClosingSpeed | TimeToClosest | ClosestDistance)
+        matches!(
+            self,
+            Speed
+                | VelocityX
+                | VelocityY
+                | VelocityZ
+                | ClosingSpeed
+                | TimeToClosest
+                | ClosestDistance
+        )
     }
 
     /// Returns true if it may differ between the colliders of a body at one place.

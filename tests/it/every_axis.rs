@@ -10,6 +10,8 @@ use rapier3d_fields::math::{DQuat, DVec3, Rotation, from_dvec3, from_f64, to_dpo
 use rapier3d_fields::pipeline::BodySample;
 use rapier3d_fields::prelude::*;
 
+use crate::support::{build, weightless};
+
 use super::each_collider::{
     IRON, SAMPLINGS, agree, dumbbell, fields, groups, kind, laws, literal, only_iron, within,
 };
@@ -265,4 +267,59 @@ fn pools_end_at_intervals_of_every_axis() {
             }
         }
     }
+}
+
+/// The coordinates of a point that moves, in the world's frame.
+fn moving(axis: &str, place: DVec3, velocity: DVec3) -> f64 {
+    match axis {
+        "x" => place.x,
+        "y" => place.y,
+        "z" => place.z,
+        "time" => 0.0,
+        "speed" => velocity.length(),
+        "vx" => velocity.x,
+        "vy" => velocity.y,
+        "vz" => velocity.z,
+        "distance" => place.length(),
+        "closing_speed" => -place.dot(velocity) / place.length(),
+        "time_to_closest" => -place.dot(velocity) / velocity.length_squared(),
+        _ => place.cross(velocity).length() / velocity.length(),
+    }
+}
+
+/// A velocity that is set between two steps counts in the next one: a body enters the region of a field by that
+/// velocity alone, and moves on as with fields that know nothing of the step before.
+#[test]
+fn velocities_set_between_steps_count_for_every_axis() {
+    let place = DVec3::new(3.0, 1.0, 0.5);
+    let [before, after] = [DVec3::new(1.0, 0.5, -0.25), DVec3::new(-1.0, 2.0, 0.75)];
+    let mut entered = 0;
+    for (axis, _) in AXES.iter().filter(|it| !OF_PARTS.contains(&it.0)) {
+        let [from, to] = [before, after].map(|velocity| moving(axis, place, velocity));
+        let half = 0.4 * (to - from).abs() + 0.05;
+        let near = Region::interval(*axis, from_f64(to - half), from_f64(to + half));
+        let field = Field::uniform(Vector::Z).within(near);
+        for scheme in [Scheme::KickDriftKick, Scheme::Kick, Scheme::auto(1e-3)] {
+            let world_of = |place: Vector, velocity: DVec3| {
+                let mut world = weightless(1e-3);
+                let body = RigidBodyBuilder::dynamic()
+                    .translation(place)
+                    .linvel(from_dvec3(velocity));
+                let (body, _) = world.insert(body, ColliderBuilder::ball(0.1));
+                (world, body)
+            };
+            let (mut world, body) = world_of(from_dvec3(place), before);
+            let mut fields = build(field.clone(), scheme);
+            fields.step(&mut world).expect("a step");
+            let (mut other, _) = world_of(world.bodies[body].translation(), after);
+            world.bodies[body].set_linvel(from_dvec3(after), true);
+            fields.step(&mut world).expect("a step");
+            let mut fresh = build(field.clone(), scheme);
+            fresh.step(&mut other).expect("a step");
+            let [ours, theirs] = [&world, &other].map(|world| world.bodies[body].linvel());
+            assert_eq!(ours, theirs, "{axis}, {scheme:?}");
+            entered += usize::from(ours.z != from_f64(after.z));
+        }
+    }
+    assert!(entered >= 7 * 3, "only {entered} entered");
 }
