@@ -37,6 +37,7 @@ mod damped;
 mod debug_render;
 mod derivatives;
 mod detection;
+mod displaced;
 mod each_collider;
 mod estimates;
 mod evaluators_agree;

@@ -1,0 +1,61 @@
+//! Buoyancy of colliders that are sampled in pieces, and not cut at the surface of the fluid.
+
+use std::f64::consts::FRAC_PI_2;
+
+use rapier3d_fields::math::{Real, Rotation, from_f64, to_f64};
+use rapier3d_fields::prelude::*;
+
+use crate::sampling::{one, wrench};
+use crate::support::assert_at_most;
+
+const DENSITY: f64 = 3.0;
+const GRAVITY: f64 = 10.0;
+const HALF: [f64; 3] = [0.5, 0.3, 0.2];
+/// The layers of samples along each side.
+const LAYERS: [f64; 3] = [5.0, 3.0, 2.0];
+
+/// Quarter turns, and the side of the box that is then upright.
+fn quarter_turns() -> [(Rotation, usize); 3] {
+    let quarter = from_f64(FRAC_PI_2);
+    [
+        (Rotation::IDENTITY, 1),
+        (Rotation::from_rotation_x(quarter), 2),
+        (Rotation::from_rotation_z(quarter), 0),
+    ]
+}
+
+/// The pieces of an upright box are layers, which displace without gaps, whether the body or its collider is turned.
+/// Samples have the second moments of the box, so n layers are thicker together than the box, by (1 − 1/n²)^(−1/2).
+#[test]
+fn upright_boxes_displace_in_layers_without_gaps() {
+    let water = Field::buoyancy(from_f64(DENSITY), from_f64(GRAVITY)).sampled(Sampling::Volume);
+    let mut fields = Fields::new(water).expect("a sound tree");
+    for (turn, side) in quarter_turns() {
+        for of_collider in [false, true] {
+            let [x, y, z] = HALF.map(from_f64);
+            let (outer, inner) = match of_collider {
+                true => (Rotation::IDENTITY, turn),
+                false => (turn, Rotation::IDENTITY),
+            };
+            for depth in [-0.1, 0.05, 0.21, 0.4, 0.55, 0.85, 1.2] {
+                let collider = ColliderBuilder::cuboid(x, y, z)
+                    .position(Pose::from_parts(Vector::ZERO, inner))
+                    .density(1.0);
+                let height = 2.0 * HALF[side];
+                let centre = from_f64(0.5 * height - depth);
+                let (world, body) = one(Vector::Y * centre, outer, collider);
+                let thickness = height / (1.0 - LAYERS[side].powi(-2)).sqrt();
+                let below = 0.5 + (depth - 0.5 * height) / thickness;
+                let volume = 8.0 * HALF.iter().product::<f64>();
+                let displaced = volume * below.clamp(0.0, 1.0);
+                let (force, torque) = wrench(&mut fields, &world, body);
+                let lift = DENSITY * GRAVITY * displaced;
+                let place = format!("side {side}, {of_collider}, depth {depth}: {force}");
+                let rounding = 64.0 * to_f64(Real::EPSILON) * DENSITY * GRAVITY;
+                assert_at_most((force.y - lift).abs(), rounding, &place);
+                assert_at_most(force.x.abs() + force.z.abs(), rounding, &place);
+                assert_at_most(torque.length(), rounding, &place);
+            }
+        }
+    }
+}
