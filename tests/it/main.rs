@@ -61,6 +61,7 @@ mod layering;
 mod live_edits;
 mod loads;
 mod mesh_regions;
+mod met_within;
 mod modes_of_others;
 mod modifier_laws;
 mod moving_frames;
