@@ -83,6 +83,7 @@ mod rollback;
 mod routes;
 mod sampling;
 mod saved_trees;
+mod scaled_bodies;
 mod sleep;
 mod snapshots;
 mod soft_bodies;
