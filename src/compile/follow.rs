@@ -8,7 +8,7 @@ use super::index_kind::IndexKind;
 use super::lower::{Lowered, Lowering};
 use super::ordered::{Key, places_of};
 use super::program::Program;
-use crate::field::{Change, FieldSet, Term};
+use crate::field::{Change, FieldSet, Sampling, Term};
 
 impl Compiled {
     /// Compiles a validated set.
@@ -104,6 +104,7 @@ impl Compiled {
             nodes: set.nodes(),
             anchors: &mut self.anchors,
             serial: term.serial,
+            by_surface: self.overrides.contains(&Sampling::Surface),
             lowered: Lowered::default(),
         };
         lowering.term(term.root)

@@ -29,6 +29,9 @@ pub(super) struct Lowering<'a> {
     pub nodes: Nodes<'a>,
     pub anchors: &'a mut Anchors,
     pub serial: u64,
+    /// True if a body is sampled over its surface in place of its centre of mass, about which a uniform field then turns
+    /// it.
+    pub by_surface: bool,
     pub lowered: Lowered,
 }
 
@@ -120,6 +123,7 @@ impl Lowering<'_> {
                     && field.lifetime.is_timeless()
                     && bare
                     && how.sampling == Sampling::Centre
+                    && !(how.overridable && self.by_surface)
                     && field.acts_at_centre()
                     && anchor == Anchor::WORLD =>
             {

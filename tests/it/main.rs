@@ -69,6 +69,7 @@ mod moving_frames;
 mod orders;
 mod outcomes;
 #[cfg(feature = "f32")]
+mod own_sampling;
 mod pages;
 #[cfg(feature = "f64")]
 mod potentials;

@@ -1,0 +1,45 @@
+//! A body's own sampling in steps.
+
+use rapier3d_fields::math::{Rotation, to_f64};
+use rapier3d_fields::prelude::*;
+
+use crate::lab::stability::SCHEMES;
+use crate::sampling::one;
+use crate::support::assert_at_most;
+
+/// A uniform force did not follow the body's own sampling where the field has no region.
+///
+/// By its mass, a uniform force turns no body. Shared out over the surface it turns a cone, whose centre of area is not
+/// its centre of mass; as much by the body's own sampling as by the field's.
+#[test]
+fn a_bodys_own_sampling_turns_it_in_a_step() {
+    for scheme in SCHEMES {
+        let end = |by_field: bool, own: Option<Sampling>| {
+            let cone = ColliderBuilder::cone(0.8, 0.5).density(1.0);
+            let (mut world, body) = one(Vector::ZERO, Rotation::IDENTITY, cone);
+            let mut push = Field::uniform(Vector::X);
+            if by_field {
+                push = push.sampled(Sampling::Surface);
+            }
+            let mut fields = Fields::builder(push).scheme(scheme).build().expect("valid");
+            let set = fields.set_sampling(body, own, &world.bodies);
+            set.expect("it is there");
+            for _ in 0..3 {
+                fields.step(&mut world).expect("a step");
+            }
+            let body = &world.bodies[body];
+            (body.linvel(), body.angvel())
+        };
+        let [of_field, of_body] = [end(true, None), end(false, Some(Sampling::Surface))];
+        // The field is evaluated at four points, because it is linear.
+        let (moves, turns) = (of_body.0 - of_field.0, of_body.1 - of_field.1);
+        assert_at_most(
+            to_f64((moves + turns).length()),
+            1e-6,
+            format!("{scheme:?}"),
+        );
+        assert!(of_body.1.z.abs() > 1e-3, "{scheme:?}: {of_body:?}");
+        let (_, turn) = end(false, None);
+        assert_eq!(turn, Vector::ZERO, "{scheme:?}");
+    }
+}
