@@ -84,6 +84,7 @@ mod rollback;
 mod routes;
 mod sampling;
 mod saved_trees;
+mod scalar_values;
 mod scaled_bodies;
 mod sleep;
 mod snapshots;
