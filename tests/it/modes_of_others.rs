@@ -5,6 +5,7 @@
 
 use proptest::prelude::*;
 use rapier3d_fields::field::Query;
+use rapier3d_fields::field::visit::Override;
 use rapier3d_fields::math::{DVec3, to_dvec3};
 use rapier3d_fields::prelude::*;
 use rapier3d_fields::reference::Reference;
@@ -141,7 +142,10 @@ impl SpaceOverride {
         match self {
             SpaceOverride::Combine => layer,
             SpaceOverride::CombineReplace => layer.stopping(),
-            SpaceOverride::Replace => layer.replacing().stopping(),
+            SpaceOverride::Replace => layer.mode(Override {
+                replaces: true,
+                stops: true,
+            }),
             SpaceOverride::ReplaceCombine => layer.replacing(),
         }
     }

@@ -90,6 +90,13 @@ fn places_have_their_distance_and_depth() {
     assert_equals("in a ball", &ball, |x| 2.0 - (x * x + 0.25 + 0.0625).sqrt());
     let below = Scalar::depth(Region::half_space(Vector::X, 1.0));
     assert_equals("behind a plane", &below, |x| 1.0 - x);
+    let slab = Scalar::depth(Region::interval("x", -1.5, 2.0));
+    assert_equals("in a slab", &slab, |x| (x + 1.5).min(2.0 - x));
+    let cuboid = Scalar::depth(Region::cuboid(Vector::new(1.5, 0.75, 2.0)));
+    assert_equals("in a box", &cuboid, |x| (1.5 - x.abs()).min(0.25));
+    let cylinder = Scalar::depth(Region::cylinder(0.75, 2.0));
+    let around = |x: f64| (x * x + 0.0625).sqrt();
+    assert_equals("in a cylinder", &cylinder, |x| (2.0 - around(x)).min(0.25));
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use rapier3d_fields::math::{from_f64, to_f64};
 use rapier3d_fields::prelude::*;
 
-use crate::support::{assert_at_most, build, either};
+use crate::support::{assert_at_most, build, either, insert_ball, weightless};
 
 const G: f64 = 9.81;
 
@@ -244,6 +244,32 @@ fn held_bodies_reach_their_terminal_velocity_in_pools_and_updraughts() {
                     assert_at_most(off.abs(), 0.005, format_args!("{what}"));
                 }
             }
+        }
+    }
+}
+
+/// A drag that drives a body at low speed and brakes it at high speed, v' = r v − q v²: v = K/(1 + (K/v₀ − 1) exp(−r t))
+/// with K = r/q.
+#[test]
+fn drags_of_two_signs_lead_to_a_speed() {
+    let (rate, brake, start) = (0.6, 0.4, 0.25);
+    let drive = Field::drag(from_f64(-rate), from_f64(brake));
+    for (scheme, off) in [
+        (Scheme::KickDriftKick, 2e-5),
+        (Scheme::Kick, 5e-3),
+        (Scheme::Forward4, 1e-5),
+        (Scheme::auto(1e-3), 2e-5),
+    ] {
+        let mut world = weightless(1.0 / 120.0);
+        let velocity = Vector::X * from_f64(start);
+        let ball = insert_ball(&mut world, 1.0, Vector::ZERO, velocity);
+        let mut fields = build(drive.clone(), scheme);
+        for step in 1..=960 {
+            fields.step(&mut world).expect("a step");
+            let (time, goal) = (f64::from(step) / 120.0, rate / brake);
+            let speed = goal / (1.0 + (goal / start - 1.0) * (-rate * time).exp());
+            let found = to_f64(world.bodies[ball].linvel().x);
+            assert_at_most((found - speed).abs(), off, format!("{scheme:?}, {step}"));
         }
     }
 }
