@@ -58,6 +58,7 @@ mod lasting;
 mod laws;
 #[cfg(feature = "f32")]
 mod layering;
+mod led_carriers;
 mod live_edits;
 mod loads;
 mod mesh_regions;
