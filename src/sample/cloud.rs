@@ -171,11 +171,10 @@ impl Clouds {
         });
     }
 
-    /// Adds a run of other clouds, as one of the body with this number.
-    pub(crate) fn take(&mut self, run: &CloudRun, from: &Clouds, body: u32) {
+    /// Adds a run of other clouds, as one of this part.
+    pub(super) fn take(&mut self, run: &CloudRun, from: &Clouds, whole: SamplePoint) {
         let points = run.places().map(|at| (from.arm(at), from.fractions[at]));
         let columns = self.add_columns(points);
-        let whole = SamplePoint { body, ..run.whole };
         self.add(whole, columns);
     }
 

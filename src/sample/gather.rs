@@ -4,6 +4,7 @@
 use super::known_points::{KnownPoints, PointsKey, PointsMap};
 use super::part_shape::{Attitude, Bulk, PartShape, PartSolid};
 use super::properties::Properties;
+use super::samples::LocalSpread;
 use super::shapes::Shapes;
 use super::{Kind, SamplePoint, Samples, owner};
 use crate::compile::{PartSampling, SamplingRequirements};
@@ -409,7 +410,11 @@ impl Making<'_> {
             let kind = Kind::Several(points);
             let mut spread = 0;
             if self.requirements.displaced && rule.spread != DMat3::ZERO {
-                spread = self.samples.add_spread(site.body, local_pose, rule.spread);
+                spread = self.samples.add_spread(LocalSpread {
+                    body: site.body,
+                    rotation: to_dquat(local_pose.rotation),
+                    moments: rule.spread,
+                });
             }
             let whole = SamplePoint {
                 spread,

@@ -8,7 +8,7 @@ use super::point::{Kind, Moment, SamplePoint, UserValues};
 use crate::compile::{Weighting, unique};
 use crate::field::{Axis, Coupling, ForceMode, Query, Sampling, SamplingRule};
 use crate::math::{
-    ColliderHandle, DMat3, Pose, Real, RigidBodyHandle, from_f64, to_dpose3, to_dvec3, to_f64,
+    ColliderHandle, DMat3, DQuat, Real, RigidBodyHandle, from_f64, to_dvec3, to_f64,
 };
 use crate::rigid::{Body, to_dquat};
 
@@ -29,9 +29,8 @@ pub(crate) struct Samples {
     pub overrides: Vec<Option<Sampling>>,
     /// Second moments, in world axes; the first entry is zero.
     pub spreads: Vec<DMat3>,
-    /// The data of the other entries: the body, the pose of the collider on it, and the moments in the collider's
-    /// frame.
-    local_spreads: Vec<(u32, Pose, DMat3)>,
+    /// The data of the other entries.
+    local_spreads: Vec<LocalSpread>,
     /// For each body, one sample of it as a whole, at its centre of mass.
     pub centres: Vec<SamplePoint>,
     /// The sampled bodies.
@@ -47,6 +46,17 @@ pub(crate) struct Samples {
     starts: [Vec<u32>; 2],
     /// By the index of a collider: the number of its site, or `u32::MAX`.
     by_collider: Vec<u32>,
+}
+
+/// Second moments of the pieces of a part.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct LocalSpread {
+    /// The number of the body.
+    pub body: u32,
+    /// The rotation of the collider on the body.
+    pub rotation: DQuat,
+    /// In the collider's frame.
+    pub moments: DMat3,
 }
 
 impl Clone for Samples {
@@ -103,11 +113,34 @@ impl Samples {
         self.user.clear();
     }
 
-    /// Adds second moments in the frame of a collider; returns their number.
-    pub(crate) fn add_spread(&mut self, body: u32, local_pose: Pose, spread: DMat3) -> u32 {
-        self.local_spreads.push((body, local_pose, spread));
+    /// Adds second moments; returns their number.
+    pub(super) fn add_spread(&mut self, local: LocalSpread) -> u32 {
+        self.local_spreads.push(local);
         self.spreads.push(DMat3::ZERO);
         self.spreads.len() as u32 - 1
+    }
+
+    /// Adds a run of other samples, as one of the body with this number.
+    pub(crate) fn take_run(&mut self, run: &CloudRun, from: &Samples, body: u32) {
+        let spread = run.whole.spread.checked_sub(1).map_or(0, |place| {
+            let local = from.local_spreads[place as usize];
+            self.add_spread(LocalSpread { body, ..local })
+        });
+        let whole = SamplePoint {
+            body,
+            spread,
+            ..run.whole
+        };
+        self.clouds.take(run, &from.clouds, whole);
+    }
+
+    /// Turns the second moments of pieces with their bodies, whose rotations `attitude` returns.
+    pub(crate) fn turn_spreads(&mut self, attitude: impl Fn(usize) -> DQuat) {
+        let spreads = self.spreads[1..].iter_mut();
+        for (spread, local) in spreads.zip(&self.local_spreads) {
+            let turned = DMat3::from_quat(attitude(local.body as usize) * local.rotation);
+            *spread = turned * local.moments * turned.transpose();
+        }
     }
 
     /// Sets the places and velocities of the samples from the poses and velocities of their bodies.
@@ -124,12 +157,7 @@ impl Samples {
             sample.world_point = self.centres[number].world_point + sample.arm;
             sample.velocity = body.linvel + body.angvel.cross(sample.arm);
         }
-        let spreads = self.spreads[1..].iter_mut();
-        for (spread, (body, local_pose, local)) in spreads.zip(&self.local_spreads) {
-            let pose = bodies[*body as usize].pose * *local_pose;
-            let turned = DMat3::from_quat(to_dpose3(&pose).rotation);
-            *spread = turned * *local * turned.transpose();
-        }
+        self.turn_spreads(|body| to_dquat(bodies[body].pose.rotation));
         for (attitude, body) in self.attitudes.iter_mut().zip(bodies) {
             attitude.rotation = to_dquat(body.pose.rotation);
             attitude.angvel = body.angvel;

@@ -45,7 +45,6 @@ impl Group {
         self.samples.clear();
         self.samples.apart = samples.apart;
         self.samples.user.clone_from(&samples.user);
-        self.samples.spreads.clone_from(&samples.spreads);
     }
 
     /// Adds a body with its samples.
@@ -61,7 +60,7 @@ impl Group {
         }
         own.sites.extend(all.sites[sites].iter().map(moved));
         for run in all.runs_of(place) {
-            own.clouds.take(run, &all.clouds, body);
+            own.take_run(run, all, body);
         }
         own.centres.push(moved(&all.centres[place]));
         own.overrides.extend(all.overrides.get(place));
@@ -82,6 +81,7 @@ impl Group {
             sample.world_point = from_dvec3(state.position + arm);
             sample.velocity = from_dvec3(linvel + angvel.cross(arm));
         }
+        self.samples.turn_spreads(|body| states[body].attitude);
         for (body, attitude) in self.samples.attitudes.iter_mut().enumerate() {
             let state = &states[body];
             attitude.rotation = state.attitude;
