@@ -55,6 +55,11 @@ fn upright_boxes_displace_in_layers_without_gaps() {
                 assert_at_most((force.y - lift).abs(), rounding, &place);
                 assert_at_most(force.x.abs() + force.z.abs(), rounding, &place);
                 assert_at_most(torque.length(), rounding, &place);
+                // The work of the lift from where the lowest layer touches the surface.
+                let sunk = 0.5 * below.clamp(0.0, 1.0).powi(2) + (below - 1.0).max(0.0);
+                let energy = fields.potential_energy(&world).total;
+                let work = DENSITY * GRAVITY * volume * thickness * sunk;
+                assert_at_most((energy - work).abs(), rounding, &place);
             }
         }
     }

@@ -48,6 +48,7 @@ mod far_fields;
 mod faults;
 mod figure_4;
 mod force_lifetime;
+mod formula_values;
 mod ground;
 mod halves;
 mod handed_over;

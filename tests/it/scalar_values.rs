@@ -14,7 +14,7 @@ fn factor(scale: &Scalar, place: f64) -> f64 {
     let at = Vector::new(from_f64(place), 0.5, -0.25);
     let ball = insert_ball(&mut world, 1.0, at, Vector::ZERO);
     let push = Field::uniform(Vector::Y * 4.0).scaled_by(scale.clone());
-    let mut fields = Fields::new(push).expect("a sound tree");
+    let fields = Fields::new(push).expect("a sound tree");
     let wrench = fields.sample(ball, &world).expect("finite").expect("felt");
     to_f64(wrench.force.y) / 4.0
 }

@@ -1,0 +1,361 @@
+//! Forces and potentials of all formulas, against the closed forms that their documentation states: at points without
+//! symmetry, in a frame that is turned and away from the origin.
+
+use rapier3d_fields::field::{Grid, LinearKernel, Path, Swirl};
+use rapier3d_fields::math::{
+    DVec3, Real, Rotation, SharedShape, from_dvec3, from_f64, to_dpose3, to_dvec3, to_f64,
+};
+use rapier3d_fields::prelude::*;
+
+use crate::support::{assert_at_most, either, insert_ball, weightless};
+
+const MASS: f64 = 1.7;
+const CHARGE: f64 = -0.6;
+
+/// Places and velocities of a body in the frame of the field.
+const STATES: [[[f64; 3]; 2]; 4] = [
+    [[1.3, 0.4, -0.7], [0.3, -1.1, 0.6]],
+    [[-0.9, 1.6, 1.1], [-2.1, 0.2, 0.4]],
+    [[2.2, -1.2, 0.6], [0.1, 0.9, -1.7]],
+    [[-1.4, -2.1, -1.8], [1.2, 1.3, 0.8]],
+];
+
+type Force = Box<dyn Fn(DVec3, DVec3) -> DVec3>;
+type Potential = Option<Box<dyn Fn(DVec3) -> f64>>;
+
+struct Case {
+    name: &'static str,
+    field: Field,
+    force: Force,
+    potential: Potential,
+}
+
+fn case(name: &'static str, field: Field, force: impl Fn(DVec3, DVec3) -> DVec3 + 'static) -> Case {
+    Case {
+        name,
+        field,
+        force: Box::new(force),
+        potential: None,
+    }
+}
+
+/// A force along the distance vector, and its potential, from the distance.
+fn central(
+    name: &'static str,
+    field: Field,
+    force: impl Fn(f64) -> f64 + 'static,
+    potential: impl Fn(f64) -> f64 + 'static,
+) -> Case {
+    Case {
+        potential: Some(Box::new(move |d: DVec3| potential(d.length()))),
+        ..case(name, field, move |d, _| d.normalize() * force(d.length()))
+    }
+}
+
+fn frame() -> Pose {
+    let turn = Rotation::from_euler(Default::default(), 0.4, -1.1, 0.7);
+    Pose::from_parts(Vector::new(0.5, -0.25, 0.75), turn)
+}
+
+/// The force on the body, in the frame of the field, and the potential energy.
+fn found(field: &Field, [place, velocity]: [DVec3; 2]) -> (DVec3, f64) {
+    let mut world = weightless(1e-3);
+    let frame = frame();
+    let turn = to_dpose3(&frame).rotation;
+    let at = to_dvec3(frame.translation) + turn * place;
+    let [at, velocity] = [at, turn * velocity].map(from_dvec3);
+    let ball = insert_ball(&mut world, from_f64(MASS), at, velocity);
+    let collider = world.bodies[ball].colliders()[0];
+    let mut fields = Fields::new(field.clone().sampled(Sampling::Centre).at(frame)).expect("valid");
+    let charge = ColliderProperties::new().charge(from_f64(CHARGE));
+    fields.set.set_properties(collider, charge).expect("finite");
+    let wrench = fields.sample(ball, &world).expect("finite").expect("felt");
+    let energy = fields.potential_energy(&world).total;
+    (turn.inverse() * to_dvec3(wrench.force), energy)
+}
+
+fn check(cases: Vec<Case>) {
+    for Case {
+        name,
+        field,
+        force,
+        potential,
+    } in cases
+    {
+        for state in STATES {
+            let [place, velocity] = state.map(DVec3::from);
+            let (seen, energy) = found(&field, [place, velocity]);
+            let wanted = force(place, velocity);
+            let off = (seen - wanted).length() / (1.0 + wanted.length());
+            let at = format!("{name} at {place}: {seen}, not {wanted}");
+            assert_at_most(off, either(2e-5, 1e-13), at);
+            if let Some(wanted) = potential.as_ref().map(|it| it(place)) {
+                let off = (energy - wanted).abs() / (1.0 + wanted.abs());
+                let at = format!("{name} at {place}: potential {energy}, not {wanted}");
+                assert_at_most(off, either(2e-5, 1e-13), at);
+            }
+        }
+    }
+}
+
+fn number(x: f64) -> Real {
+    from_f64(x)
+}
+
+/// The number that a parameter has in the precision of the world.
+fn as_real(x: f64) -> f64 {
+    to_f64(from_f64(x))
+}
+
+fn vector(x: f64, y: f64, z: f64) -> (Vector, DVec3) {
+    let v = Vector::new(from_f64(x), from_f64(y), from_f64(z));
+    (v, to_dvec3(v))
+}
+
+#[test]
+fn radial_formulas_have_the_values_of_their_closed_forms() {
+    let (k, q) = (1.5, as_real(CHARGE));
+    let power = |n: f64| {
+        central(
+            "a power",
+            Field::radial(number(k), number(n)),
+            move |r| k * r.powf(n),
+            move |r| {
+                if n == -1.0 {
+                    -k * r.ln()
+                } else {
+                    -k * r.powf(n + 1.0) / (n + 1.0)
+                }
+            },
+        )
+    };
+    let soft = |r: f64| (r * r + 0.25).sqrt();
+    let lennard_jones = |r: f64| {
+        let s6 = (1.25 / r).powi(6);
+        0.75 * 24.0 * (2.0 * s6 * s6 - s6) / r
+    };
+    check(vec![
+        power(-3.0),
+        power(-1.0),
+        power(0.0),
+        power(2.5),
+        central(
+            "gravity",
+            Field::point_gravity(2.5),
+            |r| -as_real(MASS) * 2.5 / (r * r),
+            |r| -as_real(MASS) * 2.5 / r,
+        ),
+        central(
+            "softened gravity",
+            Field::point_gravity(2.5).softened(0.5),
+            move |r| -as_real(MASS) * 2.5 * r / soft(r).powi(3),
+            move |r| -as_real(MASS) * 2.5 / soft(r),
+        ),
+        central(
+            "Coulomb",
+            Field::coulomb(3.0, 0.5),
+            move |r| 1.5 * q / (r * r),
+            move |r| 1.5 * q / r,
+        ),
+        central(
+            "Lennard-Jones",
+            Field::lennard_jones(0.75, 1.25),
+            lennard_jones,
+            |r| {
+                let s6 = (1.25 / r).powi(6);
+                3.0 * (s6 * s6 - s6)
+            },
+        ),
+        case(
+            "Lennard-Jones, shifted to zero",
+            Field::lennard_jones(0.75, 1.25).shifted_to_zero_at(4.0),
+            move |d, _| d.normalize() * (lennard_jones(d.length()) - lennard_jones(4.0)),
+        ),
+        central(
+            "Morse",
+            Field::morse(1.5, 0.75, 1.25),
+            |r| {
+                let e = (-0.75 * (r - 1.25)).exp();
+                -2.0 * 1.5 * 0.75 * (1.0 - e) * e
+            },
+            |r| 1.5 * ((1.0 - (-0.75 * (r - 1.25)).exp()).powi(2) - 1.0),
+        ),
+        central(
+            "Yukawa",
+            Field::yukawa(1.5, 0.75),
+            |r| 1.5 * (-r / 0.75).exp() * (1.0 / (r * r) + 1.0 / (0.75 * r)),
+            |r| 1.5 * (-r / 0.75).exp() / r,
+        ),
+        central(
+            "Hertz",
+            Field::hertz(1.5, 2.5),
+            |r| 1.5 * (2.5 - r).max(0.0).powf(1.5),
+            |r| 0.4 * 1.5 * (2.5 - r).max(0.0).powf(2.5),
+        ),
+        central(
+            "Gauss",
+            Field::gaussian(1.5, 1.25),
+            |r| 1.5 * r / (1.25 * 1.25) * (-r * r / (2.0 * 1.25 * 1.25)).exp(),
+            |r| 1.5 * (-r * r / (2.0 * 1.25 * 1.25)).exp(),
+        ),
+        central(
+            "a spring",
+            Field::spring(1.5),
+            |r| -1.5 * r,
+            |r| 0.75 * r * r,
+        ),
+        case(
+            "a damped spring of some length",
+            Field::spring_damper(1.5, 0.25, 0.75),
+            |d, v| d.normalize() * (-1.5 * (d.length() - 0.75)) - v * 0.25,
+        ),
+        case(
+            "a power, no nearer than",
+            Field::radial(1.5, -2.0).no_nearer_than(2.25),
+            |d, _| d.normalize() * (1.5 / d.length().max(2.25).powi(2)),
+        ),
+        case(
+            "a power around a box",
+            Field::radial(1.5, -2.0).around(SharedShape::cuboid(0.5, 0.75, 0.25)),
+            |d, _| {
+                let half = DVec3::new(0.5, 0.75, 0.25);
+                let away = d - d.clamp(-half, half);
+                away * (1.5 / away.length().powi(3))
+            },
+        ),
+        case("a magnet", Field::magnet(1.5, 0.5, 9.0), move |d, _| {
+            d * (-1.5 / soft(d.length()).powi(3))
+        }),
+    ]);
+}
+
+#[test]
+fn flows_and_drags_have_the_values_of_their_closed_forms() {
+    let around = |d: DVec3| DVec3::Y.cross(d);
+    let beside = |d: DVec3| DVec3::new(d.x, 0.0, d.z);
+    let slowed = |w: DVec3| w * (0.75 + 0.5 * w.length());
+    let swirl = Swirl {
+        around: 1.5,
+        inward: 0.75,
+        along: -0.5,
+        power: 0.5,
+        core: 0.25,
+    };
+    let (wind, air) = vector(0.5, -1.25, 0.75);
+    let (magnet, field) = vector(0.25, 1.5, -0.75);
+    check(vec![
+        case("a vector", Field::uniform(wind), move |_, _| air),
+        case(
+            "an acceleration",
+            Field::uniform(wind).force_mode(ForceMode::Acceleration),
+            move |_, _| air * as_real(MASS),
+        ),
+        case(
+            "a stronger vector that is limited",
+            Field::uniform(wind).strength(3.0).limited_to(2.0),
+            move |_, _| air.normalize() * 2.0,
+        ),
+        case("a spin", Field::spin(1.5), move |d, _| around(d) * 1.5),
+        case("a vortex", Field::vortex(1.5, -1.0), move |d, _| {
+            around(d) * (1.5 / beside(d).length_squared())
+        }),
+        case(
+            "a smoothed vortex",
+            Field::vortex(1.5, -1.0).smoothed(0.5),
+            move |d, _| around(d) * (1.5 / (beside(d).length_squared() + 0.25)),
+        ),
+        case("a swirl", Field::swirl(swirl), move |d, _| {
+            let s = (beside(d).length_squared() + 0.0625).sqrt();
+            (around(d) * 1.5 - beside(d) * 0.75) * (s.sqrt() / s) - DVec3::Y * 0.5
+        }),
+        case("an updraft", Field::updraft(1.5, 0.75), move |d, _| {
+            DVec3::Y * 1.5 - beside(d).normalize() * 0.75
+        }),
+        case("drag", Field::drag(0.75, 0.5), move |_, v| slowed(-v)),
+        case("wind", Field::wind(wind, 0.75, 0.5), move |_, v| {
+            slowed(air - v)
+        }),
+        case(
+            "a vortex as wind",
+            Field::vortex(1.5, 1.0).as_wind(0.75, 0.5),
+            move |d, v| slowed(around(d) * 1.5 - v),
+        ),
+        case(
+            "a wind of limited speed",
+            Field::wind(wind, 0.75, 0.5).speed_cap(0.5),
+            move |_, v| slowed((air - v).clamp_length_max(0.5)),
+        ),
+        case("a magnetic field", Field::magnetic(magnet), move |_, v| {
+            v.cross(field) * as_real(CHARGE)
+        }),
+        case(
+            "expressions",
+            Field::expression(["vz - 4 * x", "sin(y * z)", "exp(-x * x) * vy"]),
+            |d, v| {
+                let bell = (-d.x * d.x).exp();
+                DVec3::new(v.z - 4.0 * d.x, (d.y * d.z).sin(), bell * v.y)
+            },
+        ),
+    ]);
+}
+
+/// What is of the first power in each coordinate is interpolated exactly.
+#[test]
+fn grids_and_kernels_and_paths_have_the_values_of_their_closed_forms() {
+    let flow = |d: DVec3| {
+        DVec3::new(
+            1.0 + 2.0 * d.x - d.y * d.z,
+            d.x * d.y * d.z - d.z,
+            3.0 * d.x * d.z + d.y,
+        )
+    };
+    let (low, high) = (Vector::new(-4.0, -3.0, -3.5), Vector::new(3.0, 4.5, 4.0));
+    let grid = Grid::sampled(low, high, [3, 4, 6], move |place| {
+        from_dvec3(flow(to_dvec3(place)))
+    });
+    let (constant, k) = vector(0.5, -0.25, 0.75);
+    let (target, p) = vector(0.25, 1.5, -0.5);
+    let (pace, u) = vector(-0.75, 0.25, 1.25);
+    let (falls, l) = vector(0.5, 0.25, 0.125);
+    let (bends, b) = vector(0.25, 0.75, 0.5);
+    let rows = |scale: Real| {
+        [
+            Vector::new(1.0, 0.5, -0.25) * scale,
+            Vector::new(-0.5, 0.75, 0.25) * scale,
+            Vector::new(0.125, -1.0, 0.5) * scale,
+        ]
+    };
+    let kernel = LinearKernel {
+        constant,
+        position_target: target,
+        position_multiplier: rows(1.0),
+        velocity_target: pace,
+        velocity_multiplier: rows(0.5),
+        falloff_linear: falls,
+        falloff_quadratic: bends,
+        ..LinearKernel::default()
+    };
+    let times =
+        move |scale: Real, v: DVec3| DVec3::from(rows(scale).map(|row| to_dvec3(row).dot(v)));
+    // One straight piece, from (−3, 0, 0) to (3, 0, 0); the last place is more than 1.5 before its end.
+    let lane = Path::new([Vector::X * -3.0, Vector::X * 3.0], false)
+        .stiffness(1.5)
+        .damping(0.75, 2.0)
+        .look_ahead(0.5);
+    check(vec![
+        case("a grid", Field::grid(grid), move |d, _| flow(d)),
+        case(
+            "a linear kernel",
+            Field::linear_kernel(kernel),
+            move |d, v| {
+                let way = p - d;
+                let pull = k + times(1.0, way) + times(0.5, u - v);
+                pull / (DVec3::ONE + l * way.abs() + b * way * way)
+            },
+        ),
+        case("a path", Field::path(lane), |d, v| {
+            let goal = DVec3::X * (d.x.clamp(-3.0, 3.0) + 0.5).min(3.0);
+            (goal - d) * 1.5 + (DVec3::X * 2.0 - v) * 0.75
+        }),
+    ]);
+}
