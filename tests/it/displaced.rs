@@ -1,6 +1,6 @@
 //! Buoyancy of colliders that are sampled in pieces, and not cut at the surface of the fluid.
 
-use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::{FRAC_PI_2, PI};
 
 use rapier3d_fields::math::{DVec3, Real, Rotation, from_f64, to_dvec3, to_f64};
 use rapier3d_fields::prelude::*;
@@ -62,6 +62,29 @@ fn upright_boxes_displace_in_layers_without_gaps() {
                 assert_at_most((energy - work).abs(), rounding, &place);
             }
         }
+    }
+}
+
+/// A ball displaces the cap below the surface, V = π h² (3R − h)/3, and its potential is the work of that lift.
+#[test]
+fn balls_displace_a_cap() {
+    let water = Field::buoyancy(from_f64(DENSITY), from_f64(GRAVITY)).sampled(Sampling::Parts);
+    let mut fields = Fields::new(water).expect("a sound tree");
+    let radius = 0.75;
+    let cap = |h: f64| PI * h * h * (3.0 * radius - h) / 3.0;
+    let work = |h: f64| PI * h.powi(3) * (radius - 0.25 * h) / 3.0;
+    for depth in [0.2, 0.6, 1.1, 1.45, 1.5, 2.25, 4.0] {
+        let ball = ColliderBuilder::ball(from_f64(radius)).density(1.0);
+        let centre = Vector::new(0.5, from_f64(radius - depth), -0.25);
+        let (world, body) = one(centre, Rotation::IDENTITY, ball);
+        let (h, deeper) = (depth.min(2.0 * radius), (depth - 2.0 * radius).max(0.0));
+        let (force, _) = wrench(&mut fields, &world, body);
+        let energy = fields.potential_energy(&world).total;
+        let weight = DENSITY * GRAVITY;
+        let rounding = 256.0 * to_f64(Real::EPSILON) * weight;
+        assert_at_most((force.y - weight * cap(h)).abs(), rounding, depth);
+        let wanted = weight * (work(h) + cap(h) * deeper);
+        assert_at_most((energy - wanted).abs(), 8.0 * rounding, depth);
     }
 }
 

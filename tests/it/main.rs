@@ -88,6 +88,7 @@ mod sampling;
 mod saved_trees;
 mod scalar_values;
 mod scaled_bodies;
+mod slanted_surfaces;
 mod sleep;
 mod snapshots;
 mod soft_bodies;

@@ -92,6 +92,11 @@ fn places_have_their_distance_and_depth() {
     assert_equals("behind a plane", &below, |x| 1.0 - x);
     let slab = Scalar::depth(Region::interval("x", -1.5, 2.0));
     assert_equals("in a slab", &slab, |x| (x + 1.5).min(2.0 - x));
+    let distances = Scalar::depth(Region::interval("distance", 0.75, 2.5));
+    let distance = |x: f64| (x * x + 0.25 + 0.0625).sqrt();
+    assert_equals("between distances", &distances, |x| {
+        (distance(x) - 0.75).min(2.5 - distance(x))
+    });
     let cuboid = Scalar::depth(Region::cuboid(Vector::new(1.5, 0.75, 2.0)));
     assert_equals("in a box", &cuboid, |x| (1.5 - x.abs()).min(0.25));
     let cylinder = Scalar::depth(Region::cylinder(0.75, 2.0));
