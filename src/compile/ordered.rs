@@ -134,3 +134,21 @@ impl<T: Keyed> Ordered<T> {
         self.free.push(number);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn members_are_kept_in_order_and_once() {
+        let mut numbers = Vec::new();
+        for number in [5, 2, 9, 2] {
+            set_member(&mut numbers, number, true);
+        }
+        assert_eq!(numbers, [2, 5, 9]);
+        for number in [5, 7] {
+            set_member(&mut numbers, number, false);
+        }
+        assert_eq!(numbers, [2, 9]);
+    }
+}

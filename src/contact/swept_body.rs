@@ -392,3 +392,23 @@ fn steady(from: DQuat, to: DQuat, angvel: DVec3, dt: f64) -> DVec3 {
     let whole = (axis.dot(angvel) * dt - angle) / std::f64::consts::TAU;
     axis * ((angle + whole.round() * std::f64::consts::TAU) / dt)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Between two attitudes lie rotations by whole turns more or less; the velocity tells which.
+    #[test]
+    fn steady_rotations_keep_their_whole_turns() {
+        let (axis, dt) = (DVec3::new(0.48, -0.6, 0.64), 0.25);
+        let from = DQuat::from_scaled_axis(DVec3::new(0.3, 1.1, -0.4));
+        for angle in [0.3, 2.0, 3.5, 6.0, 6.8, 13.0, 40.0] {
+            let to = DQuat::from_scaled_axis(axis * angle) * from;
+            // The velocity at the end need not be that of the whole step.
+            for off in [-2.5, 0.0, 2.5] {
+                let found = steady(from, to, axis * ((angle + off) / dt), dt) * dt;
+                assert!((found - axis * angle).length() < 1e-12, "{angle}: {found}");
+            }
+        }
+    }
+}

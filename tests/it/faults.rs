@@ -278,6 +278,20 @@ fn warnings_state_the_collider_the_point_and_the_force() {
     }
 }
 
+/// The user's forces go with the velocity; otherwise they would act as soon as the body is enabled again.
+#[test]
+fn bodies_in_quarantine_have_no_forces() {
+    let (mut world, bad) = world();
+    world.bodies[bad].add_force(Vector::X, true);
+    let tree = good().sum_union(Bad::Nan.field());
+    let mut fields = fields(tree, Scheme::default(), FaultPolicy::Quarantine);
+    fields.step(&mut world).expect("the world goes on");
+    let body = &world.bodies[bad];
+    assert!(!body.is_enabled());
+    let left = [body.user_force(), body.user_torque(), body.linvel()];
+    assert_eq!(left, [Vector::ZERO; 3]);
+}
+
 /// A body that is moved out of the bad region and enabled again moves as any other.
 #[test]
 fn quarantine_can_be_ended() {
