@@ -95,6 +95,8 @@ pub(super) struct Start {
     pub place: usize,
     pub plan: StepPlan,
     pub wake: bool,
+    /// True if it is at rest: its path does not show the stiffness of a field that comes to it.
+    pub rests: bool,
     /// The square of the highest frequency that the last plan has shown, and its [length](StepPlan::length).
     shown: Option<(f64, f64)>,
     /// The number of refinements in a row in which that square has grown as the inverse of the length.
@@ -116,6 +118,7 @@ impl Start {
             place,
             plan,
             wake,
+            rests: false,
             shown: None,
             grew: 0,
             fallback: None,

@@ -52,7 +52,12 @@ impl Integrator {
         };
         let mut starts: Vec<Start> = places
             .iter()
-            .map(|place| Start::new(*place, plan(*place), false))
+            .map(|place| {
+                let mut start = Start::new(*place, plan(*place), false);
+                let was = &before[*place];
+                start.rests = [was.linvel, was.angvel] == [Vector::ZERO; 2];
+                start
+            })
             .collect();
         if context.is_coupled() {
             let finest = starts.iter().map(|start| start.plan);

@@ -266,7 +266,7 @@ fn refine(
             hopeless = true;
         } else if bears(choice, start) && (start.edge() || error <= choice.tolerance) {
             continue;
-        } else if let Some(finer) = choice.finer(pace, plan, dt, uneven) {
+        } else if let Some(finer) = choice.finer(pace, plan, dt, uneven && !start.rests) {
             start.plan = finer;
             if finer.length() < finest.length() {
                 finest = finer;

@@ -6,11 +6,13 @@
 use std::f64::consts::FRAC_PI_2;
 
 use rapier3d_fields::field::Query;
-use rapier3d_fields::math::{DQuat, DVec3, Rotation, from_dvec3, from_f64, to_dpose3, to_dvec3};
+use rapier3d_fields::math::{
+    DQuat, DVec3, Rotation, from_dvec3, from_f64, to_dpose3, to_dvec3, to_f64,
+};
 use rapier3d_fields::pipeline::BodySample;
 use rapier3d_fields::prelude::*;
 
-use crate::support::{build, weightless};
+use crate::support::{assert_at_most, build, weightless};
 
 use super::each_collider::{
     IRON, SAMPLINGS, agree, dumbbell, fields, groups, kind, laws, literal, only_iron, within,
@@ -317,7 +319,9 @@ fn velocities_set_between_steps_count_for_every_axis() {
             let mut fresh = build(field.clone(), scheme);
             fresh.step(&mut other).expect("a step");
             let [ours, theirs] = [&world, &other].map(|world| world.bodies[body].linvel());
-            assert_eq!(ours, theirs, "{axis}, {scheme:?}");
+            // The first step turns a ball that a border passes through.
+            let off = to_f64((ours - theirs).length());
+            assert_at_most(off, 1e-6, format!("{axis}, {scheme:?}"));
             entered += usize::from(ours.z != from_f64(after.z));
         }
     }

@@ -67,22 +67,21 @@ fn bodies_follow_a_carrier_that_is_led_at_the_order_of_the_scheme() {
 }
 
 /// An elastic wall that moves into a ball at rest throws it off at twice the wall's velocity, also where the ball meets
-/// the wall within a step, which is then made again in smaller ones.
+/// the wall within a step, which is then made again in smaller ones. In f64 such a step was taken whole, without a
+/// warning, because the path of a ball at rest shows no stiffness: 1.24 times the velocity.
 #[test]
 fn moving_walls_throw_at_twice_their_velocity() {
-    for turn in [0.5, 1.5, 4.0] {
+    let (dt, speed) = (1.0 / 60.0, 3.0);
+    for turn in [0.5_f64, 1.5, 4.0] {
         for gap in [0.101, 0.117, 0.134] {
-            let (dt, speed) = (1.0 / 60.0, 3.0);
-            let stiffness = from_f64((turn / dt * 1.0_f64).powi(2));
-            let push = move |sample: &Sample| Vector::X * (-stiffness * sample.local_point.x);
-            let behind = Region::half_space(Vector::X, 0.0);
             let mut world = weightless(from_f64(dt));
             let wall = RigidBodyBuilder::kinematic_velocity_based();
             let wall = world.insert_body(wall.linvel(Vector::X * from_f64(speed)));
             let place = Vector::X * from_f64(gap);
             let ball = insert_ball(&mut world, 1.0, place, Vector::ZERO);
-            let field = Field::closure([], push).within(behind).at(wall);
-            let mut fields = build(field, Scheme::auto(1e-3));
+            let spring = Field::spring(from_f64((turn / dt).powi(2)));
+            let behind = Region::half_space(Vector::X, 0.0);
+            let mut fields = build(spring.within(behind).at(wall), Scheme::auto(1e-3));
             for _ in 0..30 {
                 fields.step(&mut world).expect("a step");
             }

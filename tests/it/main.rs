@@ -70,8 +70,8 @@ mod moving_frames;
 #[cfg(feature = "f64")]
 mod orders;
 mod outcomes;
-#[cfg(feature = "f32")]
 mod own_sampling;
+#[cfg(feature = "f32")]
 mod pages;
 #[cfg(feature = "f64")]
 mod potentials;
