@@ -66,10 +66,21 @@ fn coordinate(axis: &str, query: &Query) -> f64 {
     let iron = query.groups == groups(IRON);
     let of_part = |of_iron, of_wood| if iron { of_iron } else { of_wood };
     match axis {
+        "time" => query.time,
+        "radius" => query.radius,
+        "mass" => of_part(1.0, 3.0),
+        "charge" => of_part(1.0, -1.0),
+        "delta" => of_part(1.0, 5.0),
+        _ => of_motion(axis, place, velocity),
+    }
+}
+
+/// The coordinate of a point that moves, by the definition of the axis.
+fn of_motion(axis: &str, place: DVec3, velocity: DVec3) -> f64 {
+    match axis {
         "x" => place.x,
         "y" => place.y,
         "z" => place.z,
-        "time" => query.time,
         "speed" => velocity.length(),
         "vx" => velocity.x,
         "vy" => velocity.y,
@@ -78,10 +89,7 @@ fn coordinate(axis: &str, query: &Query) -> f64 {
         "closing_speed" => -place.dot(velocity) / place.length(),
         "time_to_closest" => -place.dot(velocity) / velocity.length_squared(),
         "closest_distance" => place.cross(velocity).length() / velocity.length(),
-        "radius" => query.radius,
-        "mass" => of_part(1.0, 3.0),
-        "charge" => of_part(1.0, -1.0),
-        _ => of_part(1.0, 5.0),
+        _ => unreachable!("{axis}"),
     }
 }
 
@@ -271,24 +279,6 @@ fn pools_end_at_intervals_of_every_axis() {
     }
 }
 
-/// The coordinates of a point that moves, in the world's frame.
-fn moving(axis: &str, place: DVec3, velocity: DVec3) -> f64 {
-    match axis {
-        "x" => place.x,
-        "y" => place.y,
-        "z" => place.z,
-        "time" => 0.0,
-        "speed" => velocity.length(),
-        "vx" => velocity.x,
-        "vy" => velocity.y,
-        "vz" => velocity.z,
-        "distance" => place.length(),
-        "closing_speed" => -place.dot(velocity) / place.length(),
-        "time_to_closest" => -place.dot(velocity) / velocity.length_squared(),
-        _ => place.cross(velocity).length() / velocity.length(),
-    }
-}
-
 /// A velocity that is set between two steps counts in the next one: a body enters the region of a field by that
 /// velocity alone, and moves on as with fields that know nothing of the step before.
 #[test]
@@ -296,8 +286,9 @@ fn velocities_set_between_steps_count_for_every_axis() {
     let place = DVec3::new(3.0, 1.0, 0.5);
     let [before, after] = [DVec3::new(1.0, 0.5, -0.25), DVec3::new(-1.0, 2.0, 0.75)];
     let mut entered = 0;
-    for (axis, _) in AXES.iter().filter(|it| !OF_PARTS.contains(&it.0)) {
-        let [from, to] = [before, after].map(|velocity| moving(axis, place, velocity));
+    let of_others = |axis: &str| axis == "time" || OF_PARTS.contains(&axis);
+    for (axis, _) in AXES.iter().filter(|it| !of_others(it.0)) {
+        let [from, to] = [before, after].map(|velocity| of_motion(axis, place, velocity));
         let half = 0.4 * (to - from).abs() + 0.05;
         let near = Region::interval(*axis, from_f64(to - half), from_f64(to + half));
         let field = Field::uniform(Vector::Z).within(near);
