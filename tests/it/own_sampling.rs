@@ -44,3 +44,33 @@ fn a_bodys_own_sampling_turns_it_in_a_step() {
         assert_eq!(turn, Vector::ZERO, "{scheme:?}");
     }
 }
+
+/// Beside such a body, others fall and are pushed as before, under scene gravity and onto a floor.
+#[test]
+fn a_bodys_own_sampling_leaves_others_alone() {
+    let end = |own: Option<Sampling>| {
+        let mut world = PhysicsWorld::new();
+        let floor = RigidBodyBuilder::fixed().translation(Vector::Y * -0.5);
+        world.insert(floor, ColliderBuilder::cuboid(20.0, 0.5, 20.0));
+        let [one, other] = [-5.0, 5.0].map(|x| {
+            let body = RigidBodyBuilder::dynamic().translation(Vector::new(x, 0.9, 0.0));
+            world.insert(body, ColliderBuilder::cone(0.8, 0.5)).0
+        });
+        let mut fields = Fields::new(Field::uniform(Vector::X)).expect("valid");
+        let set = fields.set_sampling(one, own, &world.bodies);
+        set.expect("it is there");
+        for _ in 0..60 {
+            fields.step(&mut world).expect("a step");
+        }
+        [one, other].map(|body| {
+            let body = &world.bodies[body];
+            [body.translation(), body.linvel(), body.angvel()]
+        })
+    };
+    let [own, without] = [end(Some(Sampling::Surface)), end(None)];
+    assert_ne!(own[0], without[0], "the body itself is turned");
+    for (found, wanted) in own[1].iter().zip(without[1]) {
+        let off = to_f64((*found - wanted).length());
+        assert_at_most(off, either(1e-4, 1e-12), "the other body");
+    }
+}
