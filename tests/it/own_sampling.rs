@@ -36,7 +36,7 @@ fn a_bodys_own_sampling_turns_it_in_a_step() {
         let rounding = either(1e-8, 1e-15);
         assert_at_most(
             to_f64((moves + turns).length()),
-            1e-6,
+            rounding,
             format!("{scheme:?}"),
         );
         assert!(of_body.1.z.abs() > 1e-3, "{scheme:?}: {of_body:?}");
