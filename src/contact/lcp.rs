@@ -3,7 +3,7 @@
 /// Solves x ≥ 0, A x − b ≥ 0, x · (A x − b) = 0, for a symmetric positive semidefinite A in rows, by the active-set
 /// method of Lawson and Hanson (Solving Least Squares Problems, 1974, ch. 23).
 ///
-/// `wanted` is b. A row that depends on the active rows, up to rounding, is excluded.
+/// `wanted` is b. A row that no x ≥ 0 can meet beside the others is excluded.
 pub(super) fn solve(matrix: &[f64], wanted: &[f64]) -> Vec<f64> {
     let size = wanted.len();
     let mut x = vec![0.0; size];
@@ -23,8 +23,8 @@ pub(super) fn solve(matrix: &[f64], wanted: &[f64]) -> Vec<f64> {
         active.push(next);
         if !settle(matrix, wanted, &mut x, &mut active) {
             // The row depends on the active ones.
-            active.retain(|i| *i != next);
-            barred[next] = true;
+            active.pop();
+            barred[next] = !exchange(matrix, next, &mut x, &mut active);
             settle(matrix, wanted, &mut x, &mut active);
         }
     }
@@ -43,34 +43,43 @@ fn settle(matrix: &[f64], wanted: &[f64], x: &mut [f64], active: &mut Vec<usize>
         let Some(trial) = eliminate(matrix, wanted, active) else {
             return false;
         };
-        // The share of the way to `trial` up to which all active entries stay at or above zero.
-        let mut share: f64 = 1.0;
+        // The first entry that becomes negative on the way to `trial`, and the share of the way up to there.
+        let ends = active.iter().zip(&trial).enumerate();
+        let ends = ends.filter(|(_, (_, to))| **to < 0.0);
+        let ends = ends.map(|(at, (i, to))| (at, x[*i] / (x[*i] - to)));
+        let first = ends.min_by(|a, b| a.1.total_cmp(&b.1));
+        let share = first.map_or(1.0, |(_, share)| share);
         for (i, to) in active.iter().zip(&trial) {
-            if *to <= 0.0 {
-                share = share.min(x[*i] / (x[*i] - to));
-            }
+            x[*i] = (x[*i] + share * (to - x[*i])).max(0.0);
         }
-        let share = if share.is_finite() { share } else { 0.0 };
-        for (i, to) in active.iter().zip(&trial) {
-            x[*i] += share * (to - x[*i]);
-        }
-        if share >= 1.0 {
+        let Some((at, _)) = first else {
             return true;
-        }
-        let dropped: Vec<usize> = active
-            .iter()
-            .zip(&trial)
-            .filter(|(i, to)| **to <= 0.0 && x[**i] <= f64::EPSILON * (x[**i] - **to))
-            .map(|(i, _)| *i)
-            .collect();
-        if dropped.is_empty() {
-            return true;
-        }
-        for i in &dropped {
-            x[*i] = 0.0;
-        }
-        active.retain(|i| !dropped.contains(i));
+        };
+        x[active.remove(at)] = 0.0;
     }
+    true
+}
+
+/// Activates a row that is a combination of active rows. More of it, and as much less of these, changes no row of A x,
+/// until one of these is zero, which is dropped. Returns false if none becomes zero: no x ≥ 0 meets all of these rows.
+fn exchange(matrix: &[f64], next: usize, x: &mut [f64], active: &mut [usize]) -> bool {
+    let column: Vec<f64> = (0..x.len()).map(|i| matrix[i * x.len() + next]).collect();
+    let Some(shares) = eliminate(matrix, &column, active) else {
+        return false;
+    };
+    let largest = shares.iter().fold(0.0, |most: f64, it| most.max(it.abs()));
+    let limits = shares.iter().zip(&*active).enumerate();
+    let limits = limits.filter(|(_, (share, _))| **share > 1e-9 * largest);
+    let limits = limits.map(|(at, (share, i))| (at, x[*i] / share));
+    let Some((at, most)) = limits.min_by(|a, b| a.1.total_cmp(&b.1)) else {
+        return false;
+    };
+    for (i, share) in active.iter().zip(&shares) {
+        x[*i] = (x[*i] - most * share).max(0.0);
+    }
+    x[active[at]] = 0.0;
+    x[next] = most;
+    active[at] = next;
     true
 }
 
@@ -145,14 +154,15 @@ mod tests {
                 .wrapping_add(1442695040888963407);
             (seed >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
         };
-        for size in 1..=12 {
-            for _ in 0..50 {
-                let factor: Vec<f64> = (0..size * size).map(|_| random()).collect();
+        // With fewer columns than rows, as at the four corners of a box, rows depend on each other.
+        for (size, rank) in (1..=12).flat_map(|size| (1..=size).map(move |rank| (size, rank))) {
+            for _ in 0..10 {
+                // The first column is positive, so that a multiple of it meets all rows.
+                let shift = |at: usize| if at.is_multiple_of(rank) { 0.6 } else { 0.0 };
+                let factor: Vec<f64> = (0..size * rank).map(|at| random() + shift(at)).collect();
                 let entry = |i: usize, j: usize| -> f64 {
-                    (0..size)
-                        .map(|k| factor[i * size + k] * factor[j * size + k])
-                        .sum::<f64>()
-                        + if i == j { 1e-3 } else { 0.0 }
+                    let product = |k: usize| factor[i * rank + k] * factor[j * rank + k];
+                    (0..rank).map(product).sum()
                 };
                 let matrix: Vec<f64> = (0..size * size)
                     .map(|at| entry(at / size, at % size))

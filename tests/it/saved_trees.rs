@@ -220,6 +220,51 @@ fn round_shapes_with_a_negative_border_are_refused() {
     }
 }
 
+/// Parry panics, or finds no surface, for such shapes.
+#[test]
+fn shapes_of_impossible_sizes_are_refused() {
+    let corners = || vec![Vector::ZERO, Vector::X, Vector::Y, Vector::Z];
+    let mesh = || SharedShape::trimesh(corners(), vec![[0, 2, 1]]).expect("a mesh");
+    let line = || SharedShape::polyline(corners(), None);
+    let plain = HeightField::new(Array2::new(2, 2, vec![0.25; 4]), Vector::splat(2.5));
+    let ground = || SharedShape::new(plain.clone());
+    let cases = [
+        (
+            SharedShape::ball(0.25),
+            "\"radius\":0.25",
+            "\"radius\":-0.25",
+        ),
+        (
+            SharedShape::ball(0.25),
+            "\"radius\":0.25",
+            "\"radius\":1e39",
+        ),
+        (mesh(), "[[0,2,1]]", "[]"),
+        (mesh(), "[[0,2,1]]", "[[0,4,1]]"),
+        (mesh(), "[0.0,1.0,0.0]", "[0.0,1e39,0.0]"),
+        (line(), "[[0,1],[1,2],[2,3]]", "[]"),
+        (line(), "[0.0,1.0,0.0]", "[0.0,1e39,0.0]"),
+        (ground(), "\"rows\":2", "\"rows\":1"),
+        (ground(), "\"rows\":2", "\"rows\":4"),
+        (ground(), "\"rows\":2", "\"rows\":3"),
+        (ground(), "2.5,2.5,2.5", "2.5,1e39,2.5"),
+        (ground(), "\"status\":[0]", "\"status\":[]"),
+    ];
+    for (shape, from, to) in cases {
+        // In f64 there is such a number.
+        if to.contains("1e39") && size_of::<Real>() == 8 {
+            continue;
+        }
+        let tree = Tree::from(Field::radial(1.0, -1.0).around(shape));
+        let text = serde_json::to_string(&tree).expect("a tree");
+        assert!(serde_json::from_str::<Tree>(&text).is_ok());
+        let damaged = text.replace(from, to);
+        assert_ne!(damaged, text, "{from} is not in {text}");
+        let read = serde_json::from_str::<Tree>(&damaged);
+        assert!(read.is_err(), "{to} was accepted");
+    }
+}
+
 /// Winds within winds are the only nesting in the data: a short text must not overflow the stack.
 #[test]
 fn winds_nested_too_deep_are_refused() {

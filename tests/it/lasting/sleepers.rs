@@ -92,5 +92,5 @@ fn as_many_heaps_sleep_as_with_rapier_alone() {
 /// Two heaps are too few: if a rolling body keeps one awake, that is half of the bodies, and the median is chance.
 #[test]
 fn a_few_heaps_sleep_as_with_rapier_alone() {
-    compare(6);
+    compare(12);
 }
