@@ -247,13 +247,65 @@ mod tests {
             let bend = path.bend.expect("a bend");
             let spun = rate(&|t| path.angvel(t, path.attitude(t)));
             assert!(close(spun, bend.acceleration(time)));
-            let bounds = path.bounds();
-            assert!(path.angvel(time, attitude).length() <= bounds.angvel);
         }
         // A bend changes nothing at the ends.
         for end in [0.25, 1.25] {
             let unbent = DQuat::from_rotation_x(0.4);
             assert!(path.attitude(end).angle_between(unbent) < 1e-12);
+        }
+    }
+
+    /// The speed and the acceleration of points on a unit sphere about the centre of mass, by differences.
+    #[test]
+    fn points_are_no_faster_than_the_bounds() {
+        let inertia = Rotor {
+            inverse_moments: DVec3::new(1.0, 0.5, 0.4),
+            principal_to_body: DQuat::from_rotation_z(0.3),
+        };
+        let bend = Bend {
+            acceleration: DVec3::new(0.3, 0.6, 0.0),
+            jerk: DVec3::new(0.0, -0.9, 0.4),
+            span: [0.25, 1.25],
+        };
+        let attitude = DQuat::from_rotation_x(0.4);
+        for (free, bend) in [
+            (false, None),
+            (false, Some(bend)),
+            (true, None),
+            (true, Some(bend)),
+        ] {
+            for angvel in [DVec3::ZERO, DVec3::X * 0.1, DVec3::new(0.4, 3.0, -1.0)] {
+                let path = BodyPath {
+                    turn: Turn::new(&inertia, attitude, angvel, [0.25, 1.25], free),
+                    bend,
+                    ..BodyPath::still(0.25, DVec3::ZERO, attitude)
+                };
+                let bounds = path.bounds();
+                let h = 1e-4;
+                let (mut fastest, mut strongest) = (0.0_f64, 0.0_f64);
+                for (time, axis) in (1..40).flat_map(|i| DVec3::AXES.map(|axis| (i, axis))) {
+                    let time = 0.25 + f64::from(time) / 40.0;
+                    let at = |time: f64| path.attitude(time) * axis;
+                    let [before, here, after] = [time - h, time, time + h].map(at);
+                    fastest = fastest.max((after - before).length() / (2.0 * h));
+                    strongest = strongest.max((after + before - 2.0 * here).length() / (h * h));
+                }
+                assert!(
+                    fastest <= bounds.angvel + 1e-7,
+                    "{fastest} {}",
+                    bounds.angvel
+                );
+                let most = bounds.acceleration;
+                assert!(
+                    strongest <= most + 1e-5,
+                    "{free} {bend:?} {angvel}: {strongest} {most}"
+                );
+                // The bounds are of use.
+                assert!(
+                    most <= 8.0 * strongest + 1e-5,
+                    "{free} {bend:?} {angvel}: {strongest} {most}"
+                );
+            }
         }
     }
 }
