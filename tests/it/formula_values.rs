@@ -1,7 +1,7 @@
 //! Forces and potentials of all formulas, against the closed forms that their documentation states: at points without
 //! symmetry, in a frame that is turned and away from the origin.
 
-use rapier3d_fields::field::{Grid, LinearKernel, Path, Swirl};
+use rapier3d_fields::field::{Coordinates, Grid, LinearKernel, Path, Swirl};
 use rapier3d_fields::math::{
     DVec3, Real, Rotation, SharedShape, from_dvec3, from_f64, to_dpose3, to_dvec3, to_f64,
 };
@@ -347,15 +347,52 @@ fn grids_and_kernels_and_paths_have_the_values_of_their_closed_forms() {
         .stiffness(1.5)
         .damping(0.75, 2.0)
         .look_ahead(0.5);
+    let pull = move |place: DVec3, v: DVec3| {
+        let way = p - place;
+        let pull = k + times(1.0, way) + times(0.5, u - v);
+        pull / (DVec3::ONE + l * way.abs() + b * way * way)
+    };
+    // The components along three directions, for a place in these coordinates.
+    let along = move |axes: [DVec3; 3], place: DVec3, v: DVec3| {
+        let pulled = pull(place, DVec3::from(axes.map(|axis| axis.dot(v)))).to_array();
+        let parts = axes.into_iter().zip(pulled);
+        parts.map(|(axis, pull)| axis * pull).sum::<DVec3>()
+    };
+    let around = |d: DVec3| DVec3::new(d.z, 0.0, -d.x).normalize();
+    let from_axis = |d: DVec3| DVec3::new(d.x, 0.0, d.z);
+    let within = |coordinates| {
+        Field::linear_kernel(LinearKernel {
+            coordinates,
+            ..kernel
+        })
+    };
     check(vec![
         case("a grid", Field::grid(grid), move |d, _| flow(d)),
+        case("a linear kernel", Field::linear_kernel(kernel), pull),
         case(
-            "a linear kernel",
-            Field::linear_kernel(kernel),
+            "a spherical kernel",
+            within(Coordinates::Spherical),
             move |d, v| {
-                let way = p - d;
-                let pull = k + times(1.0, way) + times(0.5, u - v);
-                pull / (DVec3::ONE + l * way.abs() + b * way * way)
+                let axes = [d.normalize(), around(d), d.normalize().cross(around(d))];
+                along(axes, DVec3::X * d.length(), v)
+            },
+        ),
+        case(
+            "a cylindrical kernel",
+            within(Coordinates::Cylindrical),
+            move |d, v| {
+                let out = from_axis(d);
+                let axes = [out.normalize(), DVec3::Y, around(d)];
+                along(axes, DVec3::new(out.length(), d.y, 0.0), v)
+            },
+        ),
+        case(
+            "a toroidal kernel",
+            within(Coordinates::Toroidal { radius: 0.75 }),
+            move |d, v| {
+                let out = d - from_axis(d).normalize() * 0.75;
+                let axes = [out.normalize(), around(d), out.normalize().cross(around(d))];
+                along(axes, DVec3::X * out.length(), v)
             },
         ),
         case("a path", Field::path(lane), |d, v| {
