@@ -305,6 +305,30 @@ fn operators_and_scales_act_on_a_push_as_on_a_vector() {
     );
 }
 
+/// A push counts as the difference that the touch makes to a field as a whole, of which a wind is another part.
+#[test]
+fn a_wind_and_a_push_are_limited_together() {
+    let (mut world, things) = overlapping([Vector::X * 2.0, -Vector::X * 2.0], [1.0; 2]);
+    let given: Real = 0.5;
+    let per_step = world.integration_parameters.dt.recip();
+    let wind = Field::uniform(Vector::Y * (given * per_step));
+    let push = Field::contact(ContactLaw::Paper).at(things[0].parts[0]);
+    let tree = wind.sum_union(push).limited_to(per_step);
+    let mut fields = Fields::new(tree).expect("a valid tree");
+    fields.step(&mut world).expect("a step");
+    let [pusher, pushed] = things.each_ref().map(|thing| linvel(&world, thing));
+    // Nothing touches the field of the second ball, so the first one only gets the wind.
+    assert_near(pusher, Vector::new(2.0, given, 0.0), 1e-5, "the pusher");
+    // The push is as large as the speed with the wind. Both together are limited to 1 m/s in the step.
+    let both = Vector::new((4.0 + given * given).sqrt(), given, 0.0);
+    assert_near(
+        pushed,
+        both.normalize() - Vector::X * 2.0,
+        1e-5,
+        "the pushed",
+    );
+}
+
 /// `Fields::at_sample` agrees with `Reference` for a sample with touches, also in prototypes.
 #[test]
 fn questions_about_samples_include_their_touches() {

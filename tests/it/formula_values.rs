@@ -68,7 +68,11 @@ fn found(field: &Field, [place, velocity]: [DVec3; 2]) -> (DVec3, Option<f64>) {
     let collider = world.bodies[ball].colliders()[0];
     let mut fields = Fields::new(field.clone().sampled(Sampling::Centre).at(frame)).expect("valid");
     let charge = ColliderProperties::new().charge(from_f64(CHARGE));
-    fields.set.set_properties(collider, charge).expect("finite");
+    fields
+        .set
+        .set_properties(collider, charge.clone())
+        .expect("finite");
+    assert_eq!(fields.set.properties(collider), Some(&charge));
     let wrench = fields.sample(ball, &world).expect("finite").expect("felt");
     let energy = fields.potential_energy(&world);
     let energy = (energy.without == 0).then_some(energy.total);
@@ -302,6 +306,43 @@ fn flows_and_drags_have_the_values_of_their_closed_forms() {
             },
         ),
     ]);
+}
+
+/// The force of a field in each mode, by couplings; alone it acts at centres of mass, beside a sampled field it does not.
+#[test]
+fn forces_have_the_weights_of_their_modes_and_couplings() {
+    let dt = 0.125;
+    let pull = DVec3::new(0.5, -0.25, 0.75);
+    let modes = [
+        (ForceMode::Force, 1.0),
+        (ForceMode::Acceleration, MASS),
+        (ForceMode::VelocityChange, MASS / dt),
+    ];
+    let couplings = [(Coupling::Share, 1.0), (Coupling::Axis(Axis::Mass), MASS)];
+    for (mode, by_mode) in modes {
+        for (coupling, by_coupling) in &couplings {
+            for with_region in [false, true] {
+                let mut world = weightless(from_f64(dt));
+                let ball = insert_ball(&mut world, from_f64(MASS), Vector::ZERO, Vector::ZERO);
+                let at = from_dvec3(-pull.normalize() * 2.0);
+                let mut field = Field::radial(from_f64(pull.length()), 0.0);
+                if with_region {
+                    field = field.within(Region::ball(5.0));
+                }
+                let field = field.force_mode(mode).coupled_to(coupling.clone()).at(at);
+                let scheme = Scheme::Kick;
+                let mut fields = Fields::builder(field)
+                    .scheme(scheme)
+                    .build()
+                    .expect("valid");
+                fields.step(&mut world).expect("a step");
+                let found = to_dvec3(world.bodies[ball].linvel());
+                let wanted = pull * (by_mode * by_coupling * dt / MASS);
+                let what = format!("{mode:?} {coupling:?} {with_region}");
+                assert_at_most((found - wanted).length(), either(1e-5, 1e-12), what);
+            }
+        }
+    }
 }
 
 /// What is of the first power in each coordinate is interpolated exactly.
