@@ -220,6 +220,38 @@ fn paper_relative_is_elastic_for_equal_masses_only() {
     );
 }
 
+/// A ball between two walls that both push it: the damping of both together is solved for the velocity that it leaves.
+#[test]
+fn damped_springs_on_both_sides_are_solved_together() {
+    let (dt, mass, stiffness, damping, speed) = (1.0 / 64.0, 2.0, 100.0, 8.0, 0.125);
+    let mut world = arena(from_f64(dt));
+    let ball = ball(
+        &mut world,
+        from_f64(mass),
+        Vector::ZERO,
+        Vector::X * from_f64(speed),
+    );
+    let law = ContactLaw::Penalty {
+        stiffness: from_f64(stiffness),
+        damping: from_f64(damping),
+    };
+    let mut parts = vec![ball.parts[0]];
+    for side in [-0.95, 0.95] {
+        let wall = ColliderBuilder::cuboid(0.5, 2.0, 2.0);
+        parts.push(world.colliders.insert(wall.translation(Vector::X * side)));
+    }
+    let mut fields = Fields::new(touch(parts, law)).expect("a valid tree");
+    fields.step(&mut world).expect("a step");
+    assert_eq!(fields.contacts().len(), 2);
+    // The sums of spring and damping on the two sides differ by twice k v dt + c v, and the impulses of both take
+    // themselves from the damping.
+    let push = 2.0 * (stiffness * dt / damping + 1.0) * speed;
+    let difference = push / (2.0 / mass + (damping * dt).recip());
+    let wanted = speed - difference / mass;
+    let found = to_f64(linvel(&world, &ball).x);
+    assert_close(found, wanted, 1e-4, "the velocity");
+}
+
 #[test]
 fn a_spring_gives_the_energy_back() {
     for detection in [Detection::Discrete, Detection::Swept] {

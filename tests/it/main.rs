@@ -54,6 +54,7 @@ mod halves;
 mod handed_over;
 mod impacts_under_force;
 mod implosion;
+mod inside_steps;
 mod integrator_maps;
 mod lasting;
 mod laws;

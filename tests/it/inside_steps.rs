@@ -1,0 +1,95 @@
+//! Time and faults inside steps that are divided or made again.
+
+use rapier3d_fields::math::{Real, from_f64, to_f64};
+use rapier3d_fields::prelude::*;
+
+use crate::support::{assert_at_most, build, insert_ball, weightless};
+
+const DT: f64 = 1.0 / 60.0;
+
+/// The velocity of a unit mass that comes back out of a spring that begins at zero and becomes stiffer with time.
+fn thrown_back(start: f64, speed: f64, omega2: impl Fn(f64) -> f64) -> f64 {
+    let parts = 2000;
+    let h = DT / f64::from(parts);
+    let (mut x, mut v, mut time) = (start, speed, 0.0);
+    while x >= 0.0 || v >= 0.0 {
+        let pull = |x: f64, time: f64| -omega2(time) * x.max(0.0);
+        v += 0.5 * h * pull(x, time);
+        x += h * v;
+        time += h;
+        v += 0.5 * h * pull(x, time);
+    }
+    v
+}
+
+/// A step that is made again, because the body has met a stiff field, evaluates the field at the times of that step.
+#[test]
+fn steps_that_are_made_again_begin_at_their_own_time() {
+    let speed = 1.0;
+    for swing in [0.5, 1.0, 2.0] {
+        let omega2 = move |time: f64| (swing / DT).powi(2) * (1.0 + 40.0 * time);
+        let pull = move |sample: &Sample| {
+            let time = sample.time;
+            Vector::X * -sample.local_point.x * from_f64(omega2(to_f64(time)))
+        };
+        let wall = || {
+            let right = Region::half_space(-Vector::X, 0.0);
+            Field::closure([Axis::Time], pull).within(right)
+        };
+        for entry in [0.1, 0.3, 0.6, 0.9] {
+            let start = -(2.0 + entry) * DT * speed;
+            let mut world = weightless(from_f64(DT));
+            let at = Vector::X * from_f64(start);
+            let ball = insert_ball(&mut world, 1.0, at, Vector::X * from_f64(speed));
+            let mut fields = build(wall(), Scheme::auto(1e-4));
+            for _ in 0..30 {
+                fields.step(&mut world).expect("a step");
+            }
+            let found = to_f64(world.bodies[ball].linvel().x);
+            let wanted = thrown_back(start, speed, omega2);
+            assert_at_most((found - wanted).abs(), 5e-3, format!("{swing} {entry}"));
+        }
+    }
+}
+
+/// A field that is infinite at a place that the body passes inside the step: the rest of the step and of the fields
+/// count.
+#[test]
+fn contributions_that_are_infinite_inside_a_step_are_left_out() {
+    // The shares of the kicks that are outside of that place: five of eight, and two of one sixth. The plan of `Auto` has
+    // no point there.
+    for (scheme, share) in [
+        (Scheme::Substep(Substeps::Fixed(8)), 0.625),
+        (Scheme::Forward4, 1.0 / 3.0),
+        (Scheme::auto(1e-3), 1.0),
+    ] {
+        let mut world = weightless(from_f64(DT));
+        let start = Vector::X / from_f64(DT);
+        let ball = insert_ball(&mut world, 1.0, Vector::ZERO, start);
+        let bad = |sample: &Sample| {
+            let is_middle = (sample.local_point.x - 0.5).abs() < 0.2;
+            if is_middle {
+                Vector::Y * Real::INFINITY
+            } else {
+                Vector::Y
+            }
+        };
+        let tree = Field::closure([], bad).sum_union(Field::uniform(Vector::Z));
+        let builder = Fields::builder(tree).scheme(scheme);
+        let mut fields = builder
+            .on_fault(FaultPolicy::LeaveOut)
+            .build()
+            .expect("valid");
+        fields.step(&mut world).expect("a step");
+        let given = (world.bodies[ball].linvel() - start) / from_f64(DT);
+        let wanted = Vector::new(0.0, from_f64(share), 1.0);
+        assert_at_most(
+            to_f64((given - wanted).length()),
+            1e-3,
+            format!("{scheme:?}"),
+        );
+        let told = fields.warnings().iter();
+        let told = told.filter(|it| matches!(it, StepWarning::LeftOut { .. }));
+        assert_eq!(told.count(), usize::from(share < 1.0), "{scheme:?}");
+    }
+}
