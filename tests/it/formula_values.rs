@@ -442,3 +442,30 @@ fn grids_and_kernels_and_paths_have_the_values_of_their_closed_forms() {
         }),
     ]);
 }
+
+/// The random part of a kernel is spread evenly from zero to its strength, and the same at the same place and time.
+#[test]
+fn the_noise_of_a_kernel_is_spread_evenly_and_repeats() {
+    let strength = Vector::new(2.0, -1.0, 0.5);
+    let noisy = LinearKernel {
+        noise: strength,
+        ..LinearKernel::default()
+    };
+    let field = Field::linear_kernel(noisy);
+    let count = 400;
+    let (mut sum, mut squares) = (DVec3::ZERO, DVec3::ZERO);
+    for number in 0..count {
+        let place = DVec3::new(0.1, -0.02, 0.03) * f64::from(number);
+        let (force, _) = found(&field, [place, DVec3::ZERO]);
+        assert_eq!(force, found(&field, [place, DVec3::ZERO]).0);
+        let share = force / to_dvec3(strength);
+        let is_within = share.min_element() >= -1e-6 && share.max_element() <= 1.0 + 1e-6;
+        assert!(is_within, "{share}");
+        sum += share;
+        squares += share * share;
+    }
+    // Within four standard errors of the mean of evenly spread numbers, and of their squares.
+    let (mean, square) = (sum / f64::from(count), squares / f64::from(count));
+    assert_at_most((mean - 0.5).abs().max_element(), 0.06, "the mean");
+    assert_at_most((square - 1.0 / 3.0).abs().max_element(), 0.06, "the square");
+}

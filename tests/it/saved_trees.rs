@@ -226,6 +226,7 @@ fn shapes_of_impossible_sizes_are_refused() {
     let corners = || vec![Vector::ZERO, Vector::X, Vector::Y, Vector::Z];
     let mesh = || SharedShape::trimesh(corners(), vec![[0, 2, 1]]).expect("a mesh");
     let line = || SharedShape::polyline(corners(), None);
+    let hull = || SharedShape::convex_hull(&corners()).expect("a hull");
     let plain = HeightField::new(Array2::new(2, 2, vec![0.25; 4]), Vector::splat(2.5));
     let ground = || SharedShape::new(plain.clone());
     let cases = [
@@ -244,6 +245,7 @@ fn shapes_of_impossible_sizes_are_refused() {
         (mesh(), "[0.0,1.0,0.0]", "[0.0,1e39,0.0]"),
         (line(), "[[0,1],[1,2],[2,3]]", "[]"),
         (line(), "[0.0,1.0,0.0]", "[0.0,1e39,0.0]"),
+        (hull(), "[0.0,0.0,1.0]", "[1.0,1.0,0.0]"),
         (ground(), "\"rows\":2", "\"rows\":1"),
         (ground(), "\"rows\":2", "\"rows\":4"),
         (ground(), "\"rows\":2", "\"rows\":3"),
