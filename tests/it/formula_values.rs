@@ -312,7 +312,8 @@ fn flows_and_drags_have_the_values_of_their_closed_forms() {
 #[test]
 fn forces_have_the_weights_of_their_modes_and_couplings() {
     let dt = 0.125;
-    let pull = DVec3::new(0.5, -0.25, 0.75);
+    // So weak that the field is not stiff, which would need samples.
+    let pull = DVec3::new(0.5, -0.25, 0.75) * 1e-3;
     let modes = [
         (ForceMode::Force, 1.0),
         (ForceMode::Acceleration, MASS),
@@ -325,7 +326,7 @@ fn forces_have_the_weights_of_their_modes_and_couplings() {
                 let mut world = weightless(from_f64(dt));
                 let ball = insert_ball(&mut world, from_f64(MASS), Vector::ZERO, Vector::ZERO);
                 let at = from_dvec3(-pull.normalize() * 2.0);
-                let mut field = Field::radial(from_f64(pull.length()), 0.0);
+                let mut field = Field::radial(from_f64(4.0 * pull.length()), -2.0);
                 if with_region {
                     field = field.within(Region::ball(5.0));
                 }
@@ -335,11 +336,15 @@ fn forces_have_the_weights_of_their_modes_and_couplings() {
                     .scheme(scheme)
                     .build()
                     .expect("valid");
-                fields.step(&mut world).expect("a step");
+                // The first step takes samples, to look at bodies that sleep.
+                for _ in 0..4 {
+                    fields.step(&mut world).expect("a step");
+                }
                 let found = to_dvec3(world.bodies[ball].linvel());
-                let wanted = pull * (by_mode * by_coupling * dt / MASS);
+                let wanted = pull * (4.0 * by_mode * by_coupling * dt / MASS);
                 let what = format!("{mode:?} {coupling:?} {with_region}");
-                assert_at_most((found - wanted).length(), either(1e-5, 1e-12), what);
+                // The place changes by as little.
+                assert_at_most((found - wanted).length(), 3e-3 * wanted.length(), what);
             }
         }
     }
