@@ -80,3 +80,36 @@ fn links_in_stiff_fields_are_warned_of_in_their_first_step() {
         assert_close(largest, DT * 0.02 / turn, 1e-3, "the longest step");
     }
 }
+
+/// Bodies of which samples are taken, under schemes that kick once a step: what they meet shows by their way.
+#[test]
+fn boxes_that_come_to_a_stiff_field_are_warned_of() {
+    for (scheme, limit) in [(Scheme::Kick, 1.0), (Scheme::ExternalForce, 0.02)] {
+        for (share, is_stiff) in [(1.4, true), (0.7, false)] {
+            let turn = share * limit;
+            let stiffness = from_f64((turn / DT).powi(2));
+            let right = Region::half_space(-Vector::X, 0.0);
+            let spring = Field::spring(stiffness)
+                .within(right)
+                .force_mode(ForceMode::Acceleration);
+            let mut world = weightless(from_f64(DT));
+            let body = RigidBodyBuilder::dynamic().linvel(Vector::X);
+            let body = body.translation(Vector::X * from_f64(-3.2 * DT));
+            let (handle, _) = world.insert(body, ColliderBuilder::cuboid(1e-3, 2e-3, 1e-3));
+            let mut fields = build(spring, scheme);
+            let mut warned = Vec::new();
+            for _ in 0..8 {
+                fields.step(&mut world).expect("a step");
+                warned.extend(told(&fields, handle));
+            }
+            assert_eq!(
+                !warned.is_empty(),
+                is_stiff,
+                "{scheme:?}, {share}: {warned:?}"
+            );
+            for [found, _] in warned {
+                assert_close(found, turn, 0.02, "dt·ω");
+            }
+        }
+    }
+}
