@@ -100,6 +100,12 @@ fn time_steps_must_be_finite_and_not_negative() {
 fn only_the_fields_that_began_a_step_finish_it() {
     for scheme in [Scheme::default(), Scheme::ExternalForce] {
         let (mut world, ..) = world();
+        // While a step is open, Rapier does not compute the precession of such a body.
+        let top = RigidBodyBuilder::dynamic().translation(Vector::X * 90.0);
+        let top = top
+            .angvel(Vector::new(1.0, 2.0, 3.0))
+            .gyroscopic_forces_enabled(true);
+        let (top, _) = world.insert(top, ColliderBuilder::cuboid(0.1, 0.2, 0.3));
         let mut one = fields(Field::uniform(Vector::X), scheme);
         let mut other = fields(Field::uniform(Vector::X), scheme);
         let forces = |world: &PhysicsWorld| -> Vec<Vector> {
@@ -117,6 +123,7 @@ fn only_the_fields_that_began_a_step_finish_it() {
         let again = one.begin(WorldMut::from(&mut world)).err();
         assert_eq!(again, Some(StepError::Unfinished));
         assert_eq!(forces(&world), before, "the user's own");
+        assert!(world.bodies[top].gyroscopic_forces_enabled(), "{scheme:?}");
         let step = one.begin(WorldMut::from(&mut world)).expect("the next one");
         let stranger = other.finish(step, WorldMut::from(&mut world));
         assert_eq!(stranger, Err(StepError::NotTheirs));
