@@ -202,3 +202,59 @@ impl TouchesNotComparable {
         self.no_distance += other.no_distance;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Different numbers in all counts, times a factor.
+    fn contacts(factor: u64) -> ContactCounts {
+        let mut not_comparable = NotComparable::default();
+        for (number, (_, counter)) in REASONS.iter().enumerate() {
+            *counter(&mut not_comparable) = factor * (number as u64 + 10);
+        }
+        ContactCounts {
+            both: factor,
+            only_field: 2 * factor,
+            only_rapier: 3 * factor,
+            within_band: 4 * factor,
+            depth: 5 * factor,
+            normal: 6 * factor,
+            point: 7 * factor,
+            ambiguous: 8 * factor,
+            not_comparable,
+        }
+    }
+
+    fn touches(factor: u64, errors: [Real; 5]) -> TouchCounts {
+        let [gap_error, normal_error, point_error, way_error, worst] = errors;
+        TouchCounts {
+            agreed: factor,
+            disagreed: 2 * factor,
+            not_comparable: TouchesNotComparable {
+                removed: 3 * factor,
+                overlapping: 4 * factor,
+                no_distance: 5 * factor,
+            },
+            missed_by_sampling: 6 * factor,
+            gap_error,
+            normal_error,
+            point_error,
+            way_error,
+            worst,
+        }
+    }
+
+    #[test]
+    fn counts_add_up_and_the_largest_errors_stay() {
+        let mut sum = contacts(1);
+        sum.add(contacts(3));
+        assert_eq!(sum, contacts(4));
+        assert_eq!(sum.disagreed(), 4 * (2 + 3 + 5 + 6 + 7));
+        assert_eq!(sum.not_comparable.total(), 4 * (10..=20).sum::<u64>());
+        let mut sum = touches(1, [1.0, 5.0, 2.0, 6.0, 3.0]);
+        sum.add(touches(2, [4.0, 2.0, 5.0, 3.0, 6.0]));
+        assert_eq!(sum, touches(3, [4.0, 5.0, 5.0, 6.0, 6.0]));
+        assert_eq!(sum.total(), 3 * (1 + 2 + 3 + 4 + 5));
+    }
+}

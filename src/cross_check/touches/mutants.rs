@@ -238,3 +238,17 @@ fn a_path_that_leaps_at_an_impact_is_reported() {
         }
     }
 }
+
+#[test]
+fn an_overlap_in_which_the_parts_begin_is_not_the_first_one() {
+    let gaps = [
+        (0.0, -0.5),
+        (0.1, -0.01),
+        (0.2, 0.3),
+        (0.3, -0.1),
+        (0.4, -0.2),
+    ];
+    assert_eq!(first_overlap(&gaps, 0.05), Some((0.3, 0.1)));
+    assert_eq!(first_overlap(&gaps[1..], 0.005), Some((0.3, 0.1)));
+    assert_eq!(first_overlap(&gaps[..3], 0.005), None);
+}
