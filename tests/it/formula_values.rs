@@ -80,6 +80,10 @@ fn found(field: &Field, [place, velocity]: [DVec3; 2]) -> (DVec3, Option<f64>) {
 }
 
 fn check(cases: Vec<Case>) {
+    check_within(either(2e-5, 1e-13), cases);
+}
+
+fn check_within(tolerance: f64, cases: Vec<Case>) {
     for Case {
         name,
         field,
@@ -93,12 +97,12 @@ fn check(cases: Vec<Case>) {
             let wanted = force(place, velocity);
             let off = (seen - wanted).length() / (1.0 + wanted.length());
             let at = format!("{name} at {place}: {seen}, not {wanted}");
-            assert_at_most(off, either(2e-5, 1e-13), at);
+            assert_at_most(off, tolerance, at);
             if let Some(wanted) = potential.as_ref().map(|it| it(place)) {
                 let energy = energy.expect("a potential");
                 let off = (energy - wanted).abs() / (1.0 + wanted.abs());
                 let at = format!("{name} at {place}: potential {energy}, not {wanted}");
-                assert_at_most(off, either(2e-5, 1e-13), at);
+                assert_at_most(off, tolerance, at);
             }
         }
     }
@@ -473,4 +477,53 @@ fn the_noise_of_a_kernel_is_spread_evenly_and_repeats() {
     let (mean, square) = (sum / f64::from(count), squares / f64::from(count));
     assert_at_most((mean - 0.5).abs().max_element(), 0.06, "the mean");
     assert_at_most((square - 1.0 / 3.0).abs().max_element(), 0.06, "the square");
+}
+
+/// A place on a path through corners, by its length from the start, and the direction there; found by walking.
+fn walked(corners: &[DVec3], length: f64) -> (DVec3, DVec3) {
+    let mut left = length;
+    for ends in corners.windows(2) {
+        let piece = ends[0].distance(ends[1]);
+        if left < piece {
+            let along = (ends[1] - ends[0]) / piece;
+            return (ends[0] + along * left, along);
+        }
+        left -= piece;
+    }
+    (corners[corners.len() - 1], DVec3::ZERO)
+}
+
+/// The nearest point is searched at many places of the path. A goal may be beyond an end, or beyond the seam of a ring.
+#[test]
+fn paths_lead_to_goals_ahead_and_behind() {
+    let corners = [
+        vector(-2.0, 0.5, 0.25),
+        vector(1.0, 1.0, -0.5),
+        vector(1.5, -1.5, 0.5),
+        vector(-1.0, -2.0, 1.0),
+    ];
+    let mut cases = Vec::new();
+    for (closed, ahead) in [false, true]
+        .into_iter()
+        .flat_map(|closed| [-9.0, -0.75, 0.0, 0.5, 2.5, 7.0, 14.0].map(|ahead| (closed, ahead)))
+    {
+        let lane = Path::new(corners.map(|it| it.0), closed).stiffness(1.5);
+        let lane = lane.damping(0.75, -2.0).look_ahead(from_f64(ahead));
+        let mut points = corners.map(|it| it.1).to_vec();
+        points.extend(closed.then_some(points[0]));
+        let total: f64 = points.windows(2).map(|it| it[0].distance(it[1])).sum();
+        cases.push(case("a path", Field::path(lane), move |d, v| {
+            let places = (0..=40_000).map(|part| f64::from(part) * total / 40_000.0);
+            let off = |place: f64| walked(&points, place).0.distance(d);
+            let nearest = places.min_by(|a, b| off(*a).total_cmp(&off(*b)));
+            let goal = nearest.expect("places") + ahead;
+            let (goal, along) = match closed {
+                true => walked(&points, goal.rem_euclid(total)),
+                false if goal < 0.0 => (points[0], DVec3::ZERO),
+                false => walked(&points, goal),
+            };
+            (goal - d) * 1.5 + (along * -2.0 - v) * 0.75
+        }));
+    }
+    check_within(1e-3, cases);
 }

@@ -9,8 +9,8 @@ use crate::number::{Number, Vec3, constant};
 /// Towards and along a path of straight pieces: F = k (g − p) + c (speed · t − v), for the goal g
 /// on the path, `look_ahead` beyond the point nearest to p, and the direction t of the path there.
 ///
-/// An open path ends at its last point, where t is zero. Where two points of the path are equally
-/// near, the force jumps; at corners its derivatives do.
+/// An open path ends at its first and its last point; for a goal beyond them it is the end, and t is zero. Where two
+/// points of the path are equally near, the force jumps; at corners its derivatives do.
 #[derive(Clone, Debug, PartialEq)]
 #[must_use = "setters and operators take the value and return the changed one"]
 #[cfg_attr(
@@ -26,7 +26,7 @@ pub struct Path {
     pub(crate) closed: bool,
     /// Speed along the path.
     pub speed: Real,
-    /// Distance from the nearest point to the goal, along the path.
+    /// Distance from the nearest point to the goal, along the path; negative to go back.
     pub look_ahead: Real,
     /// k, force per length.
     pub stiffness: Real,
@@ -103,11 +103,12 @@ impl Path {
     /// The point of the path at a length from its start, and the direction of the path there.
     fn at<T: Number<Plain = f64>>(&self, mut place: T) -> (Vec3<T>, DVec3) {
         let total = self.lengths.last().copied().unwrap_or(0.0);
+        let last = self.points.len() - 1;
         if self.closed {
             place = place - (place.re() / total).floor() * total;
-        }
-        let last = self.points.len() - 1;
-        if place.re() >= total {
+        } else if place.re() < 0.0 {
+            return (constant(self.points[0]), DVec3::ZERO);
+        } else if place.re() >= total {
             return (constant(self.points[last]), DVec3::ZERO);
         }
         let beyond = self
