@@ -10,7 +10,7 @@ pub(super) fn solve(matrix: &[f64], wanted: &[f64]) -> Vec<f64> {
     let mut active: Vec<usize> = Vec::new();
     let mut barred = vec![false; size];
     let largest = wanted.iter().fold(0.0, |most: f64, b| most.max(b.abs()));
-    // Each pass activates one row; in exact arithmetic there is no cycle.
+    // Each pass activates one row. The limit ends cycles, which rounding may cause.
     for _ in 0..3 * size {
         let missing = |i: usize| wanted[i] - row(matrix, size, i, &x);
         let next = (0..size)
@@ -50,7 +50,7 @@ fn settle(matrix: &[f64], wanted: &[f64], x: &mut [f64], active: &mut Vec<usize>
         let first = ends.min_by(|a, b| a.1.total_cmp(&b.1));
         let share = first.map_or(1.0, |(_, share)| share);
         for (i, to) in active.iter().zip(&trial) {
-            x[*i] = (x[*i] + share * (to - x[*i])).max(0.0);
+            x[*i] = not_below_zero(x[*i] + share * (to - x[*i]));
         }
         let Some((at, _)) = first else {
             return true;
@@ -68,6 +68,7 @@ fn exchange(matrix: &[f64], next: usize, x: &mut [f64], active: &mut [usize]) ->
         return false;
     };
     let largest = shares.iter().fold(0.0, |most: f64, it| most.max(it.abs()));
+    // Smaller shares are rounding.
     let limits = shares.iter().zip(&*active).enumerate();
     let limits = limits.filter(|(_, (share, _))| **share > 1e-9 * largest);
     let limits = limits.map(|(at, (share, i))| (at, x[*i] / share));
@@ -75,12 +76,17 @@ fn exchange(matrix: &[f64], next: usize, x: &mut [f64], active: &mut [usize]) ->
         return false;
     };
     for (i, share) in active.iter().zip(&shares) {
-        x[*i] = (x[*i] - most * share).max(0.0);
+        x[*i] = not_below_zero(x[*i] - most * share);
     }
     x[active[at]] = 0.0;
     x[next] = most;
     active[at] = next;
     true
+}
+
+/// Zero for a negative number. NaN stays, so that the caller sees it; `f64::max` would turn it into zero.
+fn not_below_zero(x: f64) -> f64 {
+    if x < 0.0 { 0.0 } else { x }
 }
 
 /// Solves the active rows by L D Lᵀ elimination; `None` if they are dependent.
@@ -137,6 +143,13 @@ mod tests {
             (x[0] - 1.0).abs() < 1e-15 && (x[1] - 1.0).abs() < 1e-15,
             "{x:?}"
         );
+    }
+
+    #[test]
+    fn an_overflow_shows_in_every_entry() {
+        let (one, half) = (1e-300, -5e-301);
+        let x = solve(&[one, half, half, one], &[1e301, 1e300]);
+        assert!(x.iter().all(|x| !x.is_finite()), "{x:?}");
     }
 
     #[test]

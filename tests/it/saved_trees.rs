@@ -220,7 +220,7 @@ fn round_shapes_with_a_negative_border_are_refused() {
     }
 }
 
-/// Parry panics, or finds no surface, for such shapes.
+/// Sizes, indices and counts that no shape can have.
 #[test]
 fn shapes_of_impossible_sizes_are_refused() {
     let corners = || vec![Vector::ZERO, Vector::X, Vector::Y, Vector::Z];

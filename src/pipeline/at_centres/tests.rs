@@ -148,9 +148,10 @@ impl Scene {
                 .angvel(spin)
                 .linear_damping(damping)
                 .angular_damping(damping);
-            let body = match self.various {
-                true => varied(body, place, vector()),
-                false => body,
+            let body = if self.various {
+                varied(body, place, vector())
+            } else {
+                body
             };
             let collider = ColliderBuilder::ball(0.4).density(1.0 + vector().x * 0.5);
             let (handle, _) = world.insert(body, collider);
@@ -218,8 +219,8 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(20))]
 
     /// Both agree to rounding, until a contact enlarges the difference. Steps with samples keep the slope of a
-    /// quadratic drag from one step to the next, so with such a drag both are compared with a run at small steps. Their
-    /// errors are of the same order, but not equal: in one scene of some hundred, one was twice the other.
+    /// quadratic drag from one step to the next, so with such a drag both are compared with a run at small steps. Where
+    /// the force jumps at the border of a region as well, the errors of both depend on where a step meets the border.
     #[test]
     fn visits_move_bodies_like_steps_with_samples(scene in scenes(), kicks_once in any::<bool>()) {
         let scheme = if kicks_once { Scheme::Kick } else { Scheme::KickDriftKick };
@@ -227,6 +228,8 @@ proptest! {
         let [mut fast, mut sampled, mut fine] = [false, true, true].map(run);
         fine.world.integration_parameters.dt /= SMALLER as Real;
         let is_quadratic = scene.fields.iter().any(|it| [2, 3].contains(it));
+        let jumps = scene.fields.iter().any(|it| [0, 3, 6].contains(it));
+        let most = if jumps { 4.0 } else { 1.5 };
         for step in 0..40 {
             fast.step();
             sampled.step();
@@ -245,7 +248,7 @@ proptest! {
                 }
             }
             let [ours, theirs] = [&fast, &sampled].map(|it| it.apart(&fine));
-            prop_assert!(ours <= theirs * 4.0 + 1e-4, "{step}: {ours} {theirs}");
+            prop_assert!(ours <= theirs * most + 1e-4, "{step}: {ours} {theirs}");
         }
         prop_assert!(sampled.at_centres.iter().all(|it| !it));
     }
