@@ -35,7 +35,7 @@ impl Pace {
 pub(super) struct Track {
     pub pace: Pace,
     last: Option<PathPoint>,
-    omega2: Option<f64>,
+    omega2: Option<Bounds>,
     /// The largest square of a frequency that two consecutive pieces or a Jacobian have shown, and not an edge alone.
     pub sustained: f64,
     /// The last piece of the path.
@@ -56,10 +56,34 @@ struct PathPoint {
 /// Lengths, with angles times the radius of gyration; `root_of_mass` scales them to equal kinetic energy.
 #[derive(Clone, Copy, Default)]
 struct PathSegment {
+    /// Zero if it may be rounding.
     way: f64,
-    /// The change of the acceleration; zero if it may be rounding.
-    change: f64,
+    /// The change of the acceleration.
+    change: Bounds,
     root_of_mass: f64,
+}
+
+/// What a measured value may be: itself, or anything down to zero if it may be rounding.
+#[derive(Clone, Copy, Default)]
+struct Bounds {
+    least: f64,
+    most: f64,
+}
+
+impl Bounds {
+    fn exactly(value: f64) -> Self {
+        Bounds {
+            least: value,
+            most: value,
+        }
+    }
+
+    /// How far this value and another are apart for certain.
+    fn distance(self, other: Bounds) -> f64 {
+        (self.least - other.most)
+            .max(other.least - self.most)
+            .max(0.0)
+    }
 }
 
 /// Records the present states of bodies and the wrenches on them. Returns the square of the highest frequency that the
@@ -86,21 +110,24 @@ pub(super) fn track_all<'a>(
             change,
             root_of_mass,
         } = track.piece;
-        let least = if coupled {
+        if way == 0.0 {
+            continue;
+        }
+        let still = if coupled {
             STILL * farthest / root_of_mass
         } else {
             0.0
         };
-        let omega2 = change / way.max(least);
-        let omega2 = if omega2.is_nan() {
-            f64::INFINITY
-        } else {
-            omega2
+        let omega2 = |change: f64| match change / way.max(still) {
+            omega2 if omega2.is_nan() => f64::INFINITY,
+            omega2 => omega2,
         };
-        if change != 0.0 {
-            track.see(omega2);
-            fastest = fastest.max(omega2);
-        }
+        let shown = Bounds {
+            least: omega2(change.least),
+            most: omega2(change.most),
+        };
+        track.see(shown);
+        fastest = fastest.max(shown.least);
     }
     fastest
 }
@@ -119,7 +146,11 @@ impl Track {
     /// Records the square of the frequency between the path and a pose beside it, if it is more than `most`.
     pub(super) fn look_aside(&mut self, aside: &RigidState, wrench: Wrench, most: f64) {
         let piece = |last| piece(last, &PathPoint::of(aside, wrench), radius2(aside));
-        let omega2 = self.last.as_ref().map(piece).map(|it| it.change / it.way);
+        let omega2 = self
+            .last
+            .as_ref()
+            .map(piece)
+            .map(|it| it.change.least / it.way);
         // False for NaN, if neither the acceleration nor the pose changes.
         let found = omega2.filter(|omega2| *omega2 > most);
         self.is_stiff_aside = found.is_some();
@@ -128,23 +159,23 @@ impl Track {
 
     /// Returns true if the last piece has shown more than `most`, and no second piece or Jacobian has confirmed it.
     pub(super) fn is_unsure(&self, most: f64) -> bool {
-        self.sustained <= most && self.omega2.is_some_and(|omega2| omega2 > most)
+        self.sustained <= most && self.omega2.is_some_and(|it| it.least > most)
     }
 
     /// Records the square of a frequency that a Jacobian has shown.
     pub(super) fn see_exactly(&mut self, omega2: f64) {
         self.sustained = self.sustained.max(omega2);
-        self.see(omega2);
+        self.see(Bounds::exactly(omega2));
     }
 
     /// Records the square of a frequency.
-    fn see(&mut self, omega2: f64) {
-        let before = self.omega2.replace(omega2);
-        self.sustained = self.sustained.max(before.unwrap_or(0.0).min(omega2));
-        let before = before.unwrap_or(omega2);
-        let Pace { omega2: most, jump } = &mut self.pace;
-        *most = most.max(omega2);
-        *jump = jump.max((omega2 - before).abs());
+    fn see(&mut self, now: Bounds) {
+        let before = self.omega2.replace(now);
+        self.pace.omega2 = self.pace.omega2.max(now.least);
+        if let Some(before) = before {
+            self.sustained = self.sustained.max(before.least.min(now.least));
+            self.pace.jump = self.pace.jump.max(now.distance(before));
+        }
     }
 }
 
@@ -179,11 +210,22 @@ fn piece(last: &PathPoint, mark: &PathPoint, radius2: f64) -> PathSegment {
     // Forces and positions have the rounding of the world's number type.
     let epsilon = to_f64(Real::EPSILON);
     let lost = epsilon * (size(from.0, from.1) + size(to.0, to.1));
-    let (rough, rounding) = (CERTAIN * lost, epsilon * mark.position.length());
-    let unsure = change <= rough || way <= CERTAIN * rounding;
+    let misplaced = epsilon * mark.position.length();
+    if way <= CERTAIN * misplaced {
+        return PathSegment::default();
+    }
+    let rounding = CERTAIN * lost;
+    let change = if change <= rounding {
+        Bounds {
+            least: 0.0,
+            most: rounding,
+        }
+    } else {
+        Bounds::exactly(change)
+    };
     PathSegment {
-        way: way + rounding,
-        change: if unsure { 0.0 } else { change },
+        way: way + misplaced,
+        change,
         root_of_mass: 0.0,
     }
 }
