@@ -80,8 +80,11 @@ impl StepPlan {
         self.count * if self.forward { FORWARD_STAGES } else { 1 }
     }
 
-    /// The longest kick, in units of the step.
+    /// The longest kick, in units of the step; zero for parts of unequal lengths, which are finer than all equal ones.
     pub(super) fn length(self) -> f64 {
+        if self == StepPlan::UNEVEN {
+            return 0.0;
+        }
         let longest = if self.forward { 2.0 / 3.0 } else { 1.0 };
         longest / f64::from(self.count)
     }

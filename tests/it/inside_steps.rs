@@ -1,4 +1,4 @@
-//! Time and faults inside steps that are divided or made again.
+//! Steps that are divided or made again: their times, borders and faults inside them, and what divides them.
 
 use rapier3d_fields::math::{Real, from_f64, to_f64};
 use rapier3d_fields::prelude::*;
@@ -79,6 +79,41 @@ fn bends_of_the_force_count_in_the_tolerance() {
         if warned == 0 {
             let what = format!("{case}: swing {swing}, tolerance {tolerance}");
             assert_at_most((speed * speed - 1.0).abs() / tolerance, 2.0, what);
+        }
+    }
+}
+
+/// Two of three bodies that attract each other pass closely, so that their step is divided into parts of unequal
+/// lengths. The third is divided with them, although its own motion does not need it: the momentum is kept.
+#[test]
+fn bodies_that_act_on_each_other_are_divided_unevenly_together() {
+    for (miss, tolerance) in [(1e-2, 1e-2), (3e-3, 1e-2), (3e-3, 1e-3)] {
+        let mut world = weightless(from_f64(DT));
+        let bodies = [
+            (1.0, Vector::ZERO, Vector::ZERO),
+            (1.0, Vector::new(1.0, miss, 0.0), Vector::X * -2.0),
+            (20.0, Vector::new(0.5, 0.0, 1.5), Vector::ZERO),
+        ];
+        let bodies = bodies.map(|(mass, place, linvel)| {
+            let ball = insert_ball(&mut world, mass, place, linvel);
+            let collider = world.bodies[ball].colliders()[0];
+            world.colliders[collider].set_collision_groups(InteractionGroups::none());
+            (ball, mass)
+        });
+        let [one, two, three] =
+            bodies.map(|(ball, mass)| Field::point_gravity(mass).reacting().at(ball));
+        let mut fields = build(one + two + three, Scheme::auto(tolerance));
+        let momenta =
+            |world: &PhysicsWorld| bodies.map(|(ball, mass)| world.bodies[ball].linvel() * mass);
+        let sum = |momenta: [Vector; 3]| momenta.into_iter().sum::<Vector>();
+        let before = sum(momenta(&world));
+        for step in 0..60 {
+            fields.step(&mut world).expect("a step");
+            let now = momenta(&world);
+            let largest = now.map(|it| it.length()).into_iter().fold(1.0, Real::max);
+            let off = (sum(now) - before).length() / largest;
+            let what = format!("{miss} {tolerance}: step {step}");
+            assert_at_most(to_f64(off), 100.0 * to_f64(Real::EPSILON), what);
         }
     }
 }
