@@ -24,7 +24,12 @@ pub(crate) struct EnergyBalance {
 impl EnergyBalance {
     /// The balance over the path of a body, which has shown the frequency √`omega2`; `None` if the work is not known,
     /// or if Rapier damps the body.
-    pub(super) fn of(state: &RigidState, work: &mut Work, omega2: f64) -> Option<Self> {
+    pub(super) fn of(
+        state: &RigidState,
+        work: &mut Work,
+        omega2: f64,
+        tolerance: f64,
+    ) -> Option<Self> {
         work.end();
         // `work` does not include that of damping.
         if work.middle.is_none() || state.damping != [0.0; 2] {
@@ -37,10 +42,13 @@ impl EnergyBalance {
         // Forces have the rounding of `Real`, and an error from that of the positions at which they are evaluated.
         let epsilon = to_f64(Real::EPSILON);
         let misplaced = state.mass * omega2 * state.position.length() * way.length();
-        let is_rounding = gained.abs() <= CERTAIN * epsilon * (work.amount + misplaced);
+        let scale = after.max(before + work.most);
+        let may_be_rounding = gained.abs() <= CERTAIN * epsilon * (work.amount + misplaced);
+        // Beyond the tolerance, rounding is an error like any other.
+        let is_zero = may_be_rounding && gained.abs() <= tolerance * scale;
         Some(EnergyBalance {
-            gained: if is_rounding { 0.0 } else { gained },
-            scale: after.max(before + work.most),
+            gained: if is_zero { 0.0 } else { gained },
+            scale,
             calm: 0,
         })
     }
@@ -286,6 +294,6 @@ mod tests {
         let mut work = Work::default();
         work.pass(&body(), Wrench::ZERO, 0.0);
         work.pass(&body(), Wrench::ZERO, 1.0);
-        assert!(EnergyBalance::of(&body(), &mut work, 0.0).is_none());
+        assert!(EnergyBalance::of(&body(), &mut work, 0.0, 1.0).is_none());
     }
 }

@@ -63,7 +63,7 @@ struct PathSegment {
     root_of_mass: f64,
 }
 
-/// What a measured value may be: itself, or anything down to zero if it may be rounding.
+/// The bounds of a measured value: the value itself, or zero and the largest rounding if it may be rounding.
 #[derive(Clone, Copy, Default)]
 struct Bounds {
     least: f64,

@@ -91,7 +91,7 @@ impl Integrator {
             faults.append(&mut substeps.faults);
             match choice {
                 Some(choice) => {
-                    weigh(begins.evaluation, &mut substeps, &mut alike);
+                    weigh(choice, begins.evaluation, &mut substeps, &mut alike);
                     refine(choice, &substeps, &mut alike, plan, dt, coupled, uneven);
                 }
                 None => self.note_ways(context, &alike, &substeps.tracks),
@@ -199,11 +199,17 @@ impl Integrator {
 }
 
 /// Sets the balances of bodies before the step and over it.
-fn weigh(evaluation: &Evaluation, substeps: &mut SubstepIntegrator, starts: &mut [Start]) {
+fn weigh(
+    choice: Choice,
+    evaluation: &Evaluation,
+    substeps: &mut SubstepIntegrator,
+    starts: &mut [Start],
+) {
     let moved = substeps.states.iter().zip(&mut substeps.tracks);
     for (start, (state, track)) in starts.iter_mut().zip(moved) {
         start.balance = evaluation.balance(start.place);
-        start.gained = EnergyBalance::of(state, &mut track.work, track.pace.omega2);
+        start.gained =
+            EnergyBalance::of(state, &mut track.work, track.pace.omega2, choice.tolerance);
     }
 }
 

@@ -113,7 +113,7 @@ fn bodies_that_act_on_each_other_are_divided_unevenly_together() {
             let largest = now.map(|it| it.length()).into_iter().fold(1.0, Real::max);
             let off = (sum(now) - before).length() / largest;
             let what = format!("{miss} {tolerance}: step {step}");
-            assert_at_most(to_f64(off), 100.0 * to_f64(Real::EPSILON), what);
+            assert_at_most(to_f64(off), 1e3 * to_f64(Real::EPSILON), what);
         }
     }
 }

@@ -25,6 +25,7 @@ mod bodies;
 mod borders;
 mod bounces;
 mod changed_bodies;
+mod close_passes;
 mod closed_form;
 mod contact_borders;
 mod contact_fields;
