@@ -10,15 +10,40 @@ use crate::support::{build, either, weightless};
 const DT: f64 = 1.0 / 60.0;
 const STEPS: usize = 400;
 /// Number of scenes of each kind.
-const CASES: u64 = 30;
+const CASES: u64 = 56;
 const CENTRE: DVec3 = DVec3::new(0.5, 0.2, -0.1);
 
 /// The force between two points, or between a point and a centre, and its potential.
 #[derive(Clone, Copy, Debug)]
 enum Law {
-    Spring { stiffness: f64 },
-    RestLength { stiffness: f64, rest: f64 },
-    Softened { strength: f64, softening: f64 },
+    Spring {
+        stiffness: f64,
+    },
+    RestLength {
+        stiffness: f64,
+        rest: f64,
+    },
+    Softened {
+        strength: f64,
+        softening: f64,
+    },
+    Morse {
+        depth: f64,
+        steepness: f64,
+        rest: f64,
+    },
+    Gaussian {
+        depth: f64,
+        width: f64,
+    },
+    LennardJones {
+        depth: f64,
+        size: f64,
+    },
+    Hertz {
+        stiffness: f64,
+        diameter: f64,
+    },
 }
 
 impl Law {
@@ -32,6 +57,19 @@ impl Law {
                 strength,
                 softening,
             } => Field::radial(-from_f64(strength), -2.0).softened(from_f64(softening)),
+            Law::Morse {
+                depth,
+                steepness,
+                rest,
+            } => Field::morse(from_f64(depth), from_f64(steepness), from_f64(rest)),
+            Law::Gaussian { depth, width } => Field::gaussian(from_f64(-depth), from_f64(width)),
+            Law::LennardJones { depth, size } => {
+                Field::lennard_jones(from_f64(depth), from_f64(size))
+            }
+            Law::Hertz {
+                stiffness,
+                diameter,
+            } => Field::hertz(from_f64(stiffness), from_f64(diameter)),
         };
         field.coupled_to(Coupling::Each)
     }
@@ -45,6 +83,20 @@ impl Law {
                 strength,
                 softening,
             } => strength * (1.0 / softening - 1.0 / r.hypot(softening)),
+            Law::Morse {
+                depth,
+                steepness,
+                rest,
+            } => depth * (1.0 - (-steepness * (r - rest)).exp()).powi(2),
+            Law::Gaussian { depth, width } => depth * (1.0 - (-0.5 * (r / width).powi(2)).exp()),
+            Law::LennardJones { depth, size } => {
+                let sixth = (size / r).powi(6);
+                4.0 * depth * (sixth * sixth - sixth) + depth
+            }
+            Law::Hertz {
+                stiffness,
+                diameter,
+            } => 0.4 * stiffness * (diameter - r).max(0.0).powf(2.5),
         }
     }
 }
@@ -76,12 +128,31 @@ impl Scene {
         let omega = random.within(0.1, 3.0) / DT;
         let stiffness = omega * omega;
         let softening = random.within(0.2, 0.5);
-        let law = match (kind, number % 3) {
+        let law = match (kind, number % 7) {
             (_, 0) => Law::Spring { stiffness },
             // Not for arms and groups: they may pass r = 0, where this force jumps, between two points of their path.
             (Kind::Ball, 1) => Law::RestLength {
                 stiffness,
                 rest: random.within(0.2, 0.4),
+            },
+            (_, 2) => Law::Morse {
+                depth: stiffness * 0.05,
+                steepness: random.within(1.0, 8.0),
+                rest: random.within(0.2, 0.4),
+            },
+            (_, 3) => {
+                let width = random.within(0.2, 0.5);
+                let depth = stiffness * width * width;
+                Law::Gaussian { depth, width }
+            }
+            (_, 4) => {
+                let size = random.within(0.15, 0.3);
+                let depth = stiffness * size * size / 57.0;
+                Law::LennardJones { depth, size }
+            }
+            (_, 5) => Law::Hertz {
+                stiffness,
+                diameter: random.within(0.4, 1.2),
             },
             _ => Law::Softened {
                 strength: stiffness * softening.powi(3),
