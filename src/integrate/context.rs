@@ -42,6 +42,8 @@ pub(crate) struct MotionRules<'a> {
     pub gravity: Vector,
     /// The speed to which Rapier limits bodies.
     pub max_speed: Real,
+    /// The coordinate beyond which slow bodies move by few roundings of their position.
+    pub farthest: Real,
     /// Links of multibodies, in the order of their handles: they ignore impulses.
     pub links: &'a [RigidBodyHandle],
     /// Bodies that Rapier's solver holds, by contacts or joints.

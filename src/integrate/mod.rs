@@ -54,7 +54,7 @@ pub(crate) use particles::{Durations, ParticleMotion, ParticleState, Particles};
 pub(crate) use reaction::Reactions;
 pub(crate) use redo::Redone;
 pub(crate) use spins::{SpinRules, Spins, SpunUpdate};
-pub(crate) use watch::{Caps, stiff_from, warn_of_caps, warn_of_springs};
+pub(crate) use watch::{Caps, farthest, stiff_from, warn_of_caps, warn_of_springs};
 
 use crate::eval::{BodySlowings, Evaluator, Lineariser};
 use crate::math::RigidBodyHandle;

@@ -108,6 +108,21 @@ pub enum StepWarning {
         /// The largest that Rapier allows.
         limit: Real,
     },
+    /// A body is so far from the origin of the world that rounding changes its energy noticeably: neighbouring numbers
+    /// are `spacing` apart there, a body at the speed below which Rapier lets bodies sleep would move by less in a step,
+    /// and this one moves by less than ten of them. Fields that act on it work along the rounded path. Bodies
+    /// that Rapier's solver holds are not looked at. Move the origin, or use `rapier3d-fields-f64`.
+    #[error(
+        "{body:?} is so far from the origin that positions are {spacing} apart; at a speed of {speed} its energy changes by rounding"
+    )]
+    FarFromOrigin {
+        /// The body.
+        body: RigidBodyHandle,
+        /// The distance of neighbouring numbers at its largest coordinate.
+        spacing: Real,
+        /// Its speed.
+        speed: Real,
+    },
     /// The pose, a velocity or the user's force of a body is not finite. No field acts on it, fields that are anchored
     /// to it are defined nowhere, and Rapier will disable it in its step.
     #[error(

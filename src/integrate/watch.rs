@@ -1,7 +1,7 @@
 //! Warnings of steps that are too long for the fields, under schemes that do not choose.
 
 use super::evaluation::Evaluation;
-use super::motion::{Motions, Start};
+use super::motion::{Motions, Start, VelocityUpdate};
 use super::pace::Track;
 use super::scout::{NEAR, Scout};
 use super::secant::fourth_power;
@@ -9,7 +9,7 @@ use super::stability::{BY_FORCE, COUPLED, Mode, warns_from};
 use super::stiffness::{Estimate, StepWarning, Stiffness, Treatment};
 use super::{Integrator, Scheme, StepContext};
 use crate::math::{Real, RigidBodyHandle, Vector, from_f64, to_f64};
-use crate::rapier::dynamics::RigidBody;
+use crate::rapier::dynamics::{IntegrationParameters, RigidBody, RigidBodyActivation};
 use crate::rigid::{Lookup, Mobility, Wrench, find};
 
 /// Of more new bodies than this, only this number are linearised: the worst by the change of the fields along their
@@ -420,7 +420,7 @@ pub(crate) fn warn_of_springs(body: RigidBodyHandle, omega2: f64, dt: Real) -> O
 /// is 16/15 here.
 const SPRINGS_FROM: f64 = 0.5;
 
-/// Warns of the bodies that Rapier will slow down without a report of its own.
+/// Warns of the bodies that Rapier will slow down without a report of its own, and of those too far from the origin.
 pub(crate) fn warn_of_caps(
     context: &StepContext<'_, impl Lookup>,
     motions: &Motions,
@@ -431,12 +431,41 @@ pub(crate) fn warn_of_caps(
         dt: context.dt,
     };
     let look_up = |body: RigidBodyHandle| context.world.body(body);
+    for VelocityUpdate { body, linvel, .. } in &motions.updates {
+        let position = look_up(*body).map_or(Vector::ZERO, RigidBody::translation);
+        let coordinate = position.abs().max_element();
+        let (spacing, speed) = (coordinate * Real::EPSILON, linvel.length());
+        let is_lost = speed * context.dt < FINE * spacing;
+        if coordinate > context.rules.farthest && is_lost {
+            let body = *body;
+            warnings.push(StepWarning::FarFromOrigin {
+                body,
+                spacing,
+                speed,
+            });
+        }
+    }
     let updates = motions.updates.iter();
     let updates = updates.map(|it| (it.body, [it.linvel, it.angvel].map(Vector::length)));
     let loads = motions.loads.iter().map(|load| (load.body, load.speeds));
     for (body, speeds) in updates.chain(loads) {
         warnings.extend(caps.of_speed(body, speeds[0]));
         warnings.extend(caps.of_turn(body, speeds[1], look_up(body)));
+    }
+}
+
+/// A way of this many roundings of a position is exact enough.
+const FINE: Real = 10.0;
+
+/// The coordinate from which on a body is too far from the origin: the speed below which Rapier lets bodies sleep moves
+/// it by less than the distance of neighbouring numbers in a step.
+pub(crate) fn farthest(parameters: &IntegrationParameters) -> Real {
+    let resting = RigidBodyActivation::default_normalized_linear_threshold();
+    let way = resting * parameters.length_unit * parameters.dt;
+    if way > 0.0 {
+        way / Real::EPSILON
+    } else {
+        Real::INFINITY
     }
 }
 

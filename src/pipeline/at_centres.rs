@@ -9,7 +9,7 @@ use super::scene::{Now, iterations};
 use super::timings::span;
 use super::{Definition, FieldPipeline, FieldState, OpenStep};
 use crate::bridge::{self, Visit, WakePolicy, Wanted, WorldMut};
-use crate::integrate::{Evaluation, FASTEST, Scheme};
+use crate::integrate::{Evaluation, FASTEST, Scheme, farthest};
 pub(super) use block::BodyBlock;
 use pass::{FirstHalf, HalfStep, Pass};
 
@@ -164,6 +164,7 @@ impl FieldPipeline {
             half,
             gravity,
             parameters,
+            farthest: farthest(parameters),
             iterations: iterations(parameters),
             spins: &mut self.integrator.spins,
             evaluator: &mut self.centres,

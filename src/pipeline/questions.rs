@@ -297,6 +297,7 @@ impl<'a> Scene<'a> {
                 iterations: 1,
                 gravity: Vector::ZERO,
                 max_speed: Real::MAX,
+                farthest: Real::MAX,
                 links: &[],
                 held: &NONE,
                 reactions: None,

@@ -6,7 +6,7 @@ use crate::bridge::{WorldMut, WorldRef};
 use crate::compile::Compiled;
 use crate::contact::Detection;
 use crate::field::{FieldSet, Span};
-use crate::integrate::{MotionRules, StepContext};
+use crate::integrate::{MotionRules, StepContext, farthest};
 use crate::math::{Real, RigidBodyHandle};
 use crate::rapier::dynamics::IntegrationParameters;
 use crate::rigid::{Body, BodySet};
@@ -95,6 +95,7 @@ impl StepScene {
                 iterations: iterations(parameters),
                 gravity: world.gravity,
                 max_speed: parameters.max_linear_velocity(),
+                farthest: farthest(parameters),
                 links: &self.links,
                 held: &self.held,
                 reactions: None,

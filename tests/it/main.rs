@@ -45,6 +45,7 @@ mod evaluators_agree;
 mod every_axis;
 mod explain;
 mod expressions;
+mod far_away;
 mod far_fields;
 mod faults;
 mod figure_4;

@@ -376,6 +376,7 @@ pub fn body_of(warning: &StepWarning) -> Option<RigidBodyHandle> {
         | StepWarning::NoVolume { body }
         | StepWarning::PinnedParticles { body, .. }
         | StepWarning::SpeedCapped { body, .. }
+        | StepWarning::FarFromOrigin { body, .. }
         | StepWarning::LeftOut { body, .. }
         | StepWarning::Quarantined { body, .. }
         | StepWarning::RotationCapped { body, .. } => Some(*body),

@@ -65,6 +65,8 @@ pub(super) struct Pass<'a> {
     pub half: &'a HalfStep<'a>,
     pub gravity: Vector,
     pub parameters: &'a IntegrationParameters,
+    /// The coordinate beyond which steps may warn of coarse positions.
+    pub farthest: Real,
     /// Solver iterations of Rapier's step.
     pub iterations: u32,
     pub spins: &'a mut Spins,
@@ -249,7 +251,9 @@ impl Pass<'_> {
         let is_whole = anywhere || same_parts || self.is_one_ball(body);
         let is_slowed = || self.is_slowed_simply(handle, body);
         let is_kicked = !self.compiled.reads_velocity || is_slowed();
-        is_harmless(body) && is_whole && is_kicked
+        let farthest = body.translation().abs().max_element();
+        let is_near = self.half.first.is_some() || farthest <= self.farthest;
+        is_harmless(body) && is_whole && is_kicked && is_near
     }
 
     /// Returns true if all samples of a body are at its centre of mass.
