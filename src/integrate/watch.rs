@@ -1,7 +1,7 @@
 //! Warnings of steps that are too long for the fields, under schemes that do not choose.
 
 use super::evaluation::Evaluation;
-use super::motion::{Motions, Start, VelocityUpdate};
+use super::motion::{Motions, Start};
 use super::pace::Track;
 use super::scout::{NEAR, Scout};
 use super::secant::fourth_power;
@@ -428,22 +428,13 @@ pub(crate) fn warn_of_caps(
 ) {
     let caps = Caps {
         speed: context.rules.max_speed,
+        farthest: context.rules.farthest,
         dt: context.dt,
     };
     let look_up = |body: RigidBodyHandle| context.world.body(body);
-    for VelocityUpdate { body, linvel, .. } in &motions.updates {
-        let position = look_up(*body).map_or(Vector::ZERO, RigidBody::translation);
-        let coordinate = position.abs().max_element();
-        let (spacing, speed) = (coordinate * Real::EPSILON, linvel.length());
-        let is_lost = speed * context.dt < FINE * spacing;
-        if coordinate > context.rules.farthest && is_lost {
-            let body = *body;
-            warnings.push(StepWarning::FarFromOrigin {
-                body,
-                spacing,
-                speed,
-            });
-        }
+    for update in &motions.updates {
+        let place = look_up(update.body).map(RigidBody::translation);
+        warnings.extend(place.and_then(|it| caps.of_place(update.body, it, update.linvel)));
     }
     let updates = motions.updates.iter();
     let updates = updates.map(|it| (it.body, [it.linvel, it.angvel].map(Vector::length)));
@@ -469,10 +460,13 @@ pub(crate) fn farthest(parameters: &IntegrationParameters) -> Real {
     }
 }
 
-/// The limits to which Rapier reduces velocities.
+/// The limits of velocities and positions.
 #[derive(Clone, Copy)]
 pub(crate) struct Caps {
+    /// The speed to which Rapier reduces velocities.
     pub speed: Real,
+    /// See [`farthest`].
+    pub farthest: Real,
     pub dt: Real,
 }
 
@@ -481,6 +475,25 @@ impl Caps {
     pub(crate) fn of_speed(self, body: RigidBodyHandle, speed: Real) -> Option<StepWarning> {
         let limit = self.speed;
         (speed > limit).then_some(StepWarning::SpeedCapped { body, speed, limit })
+    }
+
+    /// The warning for a body that leaves a place at this velocity, if rounding of its position matters.
+    pub(crate) fn of_place(
+        self,
+        body: RigidBodyHandle,
+        place: Vector,
+        linvel: Vector,
+    ) -> Option<StepWarning> {
+        let coordinate = place.abs().max_element();
+        if coordinate <= self.farthest {
+            return None;
+        }
+        let (spacing, speed) = (coordinate * Real::EPSILON, linvel.length());
+        (speed * self.dt < FINE * spacing).then_some(StepWarning::FarFromOrigin {
+            body,
+            spacing,
+            speed,
+        })
     }
 
     /// The warning for a body that gets this angular speed, if it is beyond the limit.

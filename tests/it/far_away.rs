@@ -92,3 +92,43 @@ fn bodies_that_are_exact_enough_are_not_warned_of() {
         }
     }
 }
+
+/// Bodies far away keep the short way of steps at centres of mass; each that is slow is warned of, as by whole steps.
+#[test]
+fn warnings_are_the_same_at_centres_of_mass() {
+    let warned = |needs_samples: bool| {
+        let mut world = weightless(DT);
+        let centre = place(0.01);
+        for number in 0..20 {
+            let linvel = Vector::Y * (number as Real * 0.6);
+            let place = centre + Vector::X * (number as Real * 2.0);
+            insert_ball(&mut world, 1.0, place, linvel);
+        }
+        if needs_samples {
+            let ball = insert_ball(&mut world, 1.0, Vector::Y * 5.0, Vector::ZERO);
+            let beside = ColliderBuilder::ball(0.2).translation(Vector::X);
+            let (colliders, bodies) = (&mut world.colliders, &mut world.bodies);
+            colliders.insert_with_parent(beside, ball, bodies);
+        }
+        let above = Region::half_space(-Vector::Y, 0.0);
+        let pull = Field::uniform(Vector::Y * 0.1).within(above);
+        let mut fields = build(pull, Scheme::default());
+        let step = |_| {
+            fields.step(&mut world).expect("a step");
+            let mut warned = Vec::new();
+            for it in fields.warnings() {
+                match it {
+                    StepWarning::FarFromOrigin { body, .. } => warned.push(*body),
+                    other => panic!("{other}"),
+                }
+            }
+            warned.sort_by_key(|it| it.into_raw_parts());
+            warned
+        };
+        (0..30).map(step).collect::<Vec<_>>()
+    };
+    let at_centres = warned(false);
+    assert_eq!(at_centres, warned(true));
+    let counts = at_centres.iter().map(Vec::len);
+    assert!(counts.into_iter().all(|count| (5..15).contains(&count)));
+}

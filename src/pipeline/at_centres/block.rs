@@ -26,6 +26,8 @@ pub(crate) struct BodyBlock {
     pub(super) completed: u64,
     /// One bit for each body that is held, or whose rotation is to be computed; and these bodies, in their order.
     pub(super) special: u64,
+    /// Bodies that may be too far from the origin.
+    pub(super) far: u64,
     pub(super) specials: Vec<Special>,
 }
 
@@ -40,6 +42,7 @@ impl Default for BodyBlock {
             free: [FreeMotion::NONE; TOGETHER],
             completed: 0,
             special: 0,
+            far: 0,
             specials: Vec::new(),
         }
     }
@@ -84,7 +87,7 @@ pub(super) struct Kicked {
 impl BodyBlock {
     pub(super) fn clear(&mut self) {
         self.seen.count = 0;
-        (self.falling, self.completed, self.special) = (0, 0, 0);
+        (self.falling, self.completed, self.special, self.far) = (0, 0, 0, 0);
         self.specials.clear();
     }
 

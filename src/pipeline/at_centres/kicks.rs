@@ -34,7 +34,7 @@ impl Pass<'_> {
                 continue;
             }
             let (handle, linvel) = (block.seen.bodies[lane], in_lane(&kicked.linvels, lane));
-            if rules.kick.first && is_set(kicked.fast) {
+            if rules.kick.first && is_set(kicked.fast | block.far) {
                 self.warn_of_cap(handle, linvel);
             }
             self.visit.set_linvel(handle, linvel);
@@ -113,7 +113,7 @@ impl Pass<'_> {
         Ok(())
     }
 
-    /// Returns an error if a body is too fast for a visit, and warns if Rapier will limit its velocity.
+    /// Returns an error if a body is too fast for a visit, and warns of its velocity and place.
     fn check_speed(&mut self, rules: &Rules, update: &VelocityUpdate) -> Done {
         // `max_element` may pass over NaN, which is tested by itself.
         let linvel = update.linvel;
@@ -127,13 +127,17 @@ impl Pass<'_> {
         Ok(())
     }
 
-    /// Warns if Rapier will limit a velocity.
+    /// Warns if Rapier will limit a velocity, or if a body is too far from the origin.
     fn warn_of_cap(&mut self, body: RigidBodyHandle, linvel: Vector) {
         let caps = Caps {
             speed: self.parameters.max_linear_velocity(),
+            farthest: self.farthest,
             dt: self.half.dt,
         };
         self.warnings.extend(caps.of_speed(body, linvel.length()));
+        let place = self.visit.body(body).map(|it| it.translation());
+        self.warnings
+            .extend(place.and_then(|it| caps.of_place(body, it, linvel)));
     }
 
     /// Loads a body that is held.

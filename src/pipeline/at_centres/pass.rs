@@ -191,6 +191,9 @@ impl Pass<'_> {
         block: &mut BodyBlock,
     ) {
         let bit = 1 << block.seen.count;
+        if body.translation().abs().max_element() > self.farthest {
+            block.far |= bit;
+        }
         let before = match &self.half.first {
             None => Before::default(),
             Some(first) => rules.places.before(first.motions, handle),
@@ -251,9 +254,7 @@ impl Pass<'_> {
         let is_whole = anywhere || same_parts || self.is_one_ball(body);
         let is_slowed = || self.is_slowed_simply(handle, body);
         let is_kicked = !self.compiled.reads_velocity || is_slowed();
-        let farthest = body.translation().abs().max_element();
-        let is_near = self.half.first.is_some() || farthest <= self.farthest;
-        is_harmless(body) && is_whole && is_kicked && is_near
+        is_harmless(body) && is_whole && is_kicked
     }
 
     /// Returns true if all samples of a body are at its centre of mass.
