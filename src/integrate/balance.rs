@@ -22,8 +22,8 @@ pub(crate) struct EnergyBalance {
 }
 
 impl EnergyBalance {
-    /// The balance over the path of a body, which has shown the frequency √`omega2`; `None` if the work is not known,
-    /// or if Rapier damps the body.
+    /// The balance over the path of a body, which has shown the frequency √`omega2`, in the frame of its `work`; `None`
+    /// if the work is not known, or if Rapier damps the body.
     pub(super) fn of(
         state: &RigidState,
         work: &mut Work,
@@ -35,8 +35,8 @@ impl EnergyBalance {
         if work.middle.is_none() || state.damping != [0.0; 2] {
             return None;
         }
-        let [before, after] = state.kinetic_energies();
-        let way = state.position - state.start.0;
+        let [before, after] = state.kinetic_energies(work.drift);
+        let way = work.way;
         let by_rapier = state.acceleration.dot(way) * state.mass;
         let gained = after - before - work.done - by_rapier;
         // Forces have the rounding of `Real`, and an error from that of the positions at which they are evaluated.
@@ -109,6 +109,10 @@ const LEAST: f64 = 16.0;
 /// steps, otherwise of third.
 #[derive(Clone, Default)]
 pub(super) struct Work {
+    /// The velocity of the frame in which paths are looked at: energies of a body depend on it, but not their errors.
+    drift: DVec3,
+    /// The displacement in that frame.
+    way: DVec3,
     done: f64,
     /// The largest value of `done` so far, at least zero.
     most: f64,
@@ -131,11 +135,26 @@ struct WorkPoint {
 }
 
 impl Work {
-    /// Continues the path to the present position of a body, where `wrench` acts.
+    /// Work in a frame of this velocity.
+    pub(super) fn in_frame(drift: DVec3) -> Self {
+        Work {
+            drift,
+            ..Work::default()
+        }
+    }
+
+    /// The position of a body in the frame, `time` after the start of the path.
+    pub(super) fn seen(&self, state: &RigidState, time: f64) -> DVec3 {
+        state.position - self.drift * time
+    }
+
+    /// Continues the path to the present pose of a body, where `wrench` acts.
     pub(super) fn pass(&mut self, state: &RigidState, wrench: Wrench, time: f64) {
+        let position = self.seen(state, time);
+        self.way = position - state.start.0;
         let point = WorkPoint {
             time,
-            position: state.position,
+            position,
             attitude: state.attitude,
             force: to_dvec3(wrench.force),
             torque: if state.is_left_alone() {

@@ -6,7 +6,7 @@ use super::reaction::Reactions;
 use super::scheme::Scheme;
 use crate::compile::Compiled;
 use crate::eval::SampledWorld;
-use crate::field::Span;
+use crate::field::{Anchor, Span};
 use crate::math::{Real, RigidBodyHandle, Vector};
 use crate::rigid::{Body, BodySet, Lookup};
 use crate::sample::{Moment, Samples};
@@ -91,10 +91,19 @@ impl<W: Lookup> StepContext<'_, W> {
     /// together.
     pub(super) fn is_coupled(&self) -> bool {
         let mut moving = self.compiled.anchors.moving();
-        moving.any(|(_, anchor)| {
-            let carrier = anchor.carrier(|handle| self.world.collider(handle));
-            let body = carrier.and_then(|carrier| self.world.body(carrier));
-            body.is_some_and(|body| body.is_dynamic())
-        })
+        moving.any(|(_, anchor)| self.is_on_dynamic(anchor))
+    }
+
+    /// Returns true if all fields are anchored to dynamic bodies.
+    pub(super) fn is_closed(&self) -> bool {
+        let anchors = &self.compiled.anchors;
+        let on_dynamic = anchors.moving().filter(|it| self.is_on_dynamic(it.1));
+        on_dynamic.count() == anchors.count()
+    }
+
+    fn is_on_dynamic(&self, anchor: &Anchor) -> bool {
+        let carrier = anchor.carrier(|handle| self.world.collider(handle));
+        let body = carrier.and_then(|carrier| self.world.body(carrier));
+        body.is_some_and(|body| body.is_dynamic())
     }
 }

@@ -6,6 +6,7 @@ mod begun;
 mod context;
 mod couple;
 mod coupling;
+mod drift;
 mod evaluation;
 mod exponential;
 mod fault;
@@ -68,6 +69,7 @@ pub(crate) struct Integrator {
     /// The slopes of drag and wind on the bodies, from the last evaluation.
     slowings: BodySlowings,
     scout: scout::Scout,
+    drifts: drift::Drifts,
     substeps: substeps::SubstepIntegrator,
     /// A buffer: bodies of the same plan, which are moved together.
     alike: Vec<motion::Start>,

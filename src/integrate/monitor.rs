@@ -3,6 +3,7 @@
 use super::balance::EnergyBalance;
 use super::begun::BegunStep;
 use super::coupling::LinearisedWrench;
+use super::drift::Drifts;
 use super::evaluation::Evaluation;
 use super::jacobian::{self, Jacobian};
 use super::motion::{Motions, Resolved};
@@ -61,11 +62,12 @@ impl Integrator {
         } else {
             let mut scout = std::mem::take(&mut self.scout);
             scout.look(&mut self.motions, context, &evaluation.wrenches, 1.0);
+            let drifts = self.drifts(context, 0.0);
             self.find_candidates(context, evaluation, stiff, |place| {
                 let shown = scout.shown(context, place, evaluation.wrenches[place]);
-                Some(shown.powi(2))
+                Some(drifts.bound(&context.bodies[place], shown.powi(2)))
             });
-            self.scout = scout;
+            (self.scout, self.drifts) = (scout, drifts);
             self.look_into(context, evaluation, stiff);
         }
         if joined && context.compiled.varies() && !context.rules.links.is_empty() {
@@ -99,6 +101,8 @@ impl Integrator {
         match context.choice() {
             Some(choice) => {
                 let together = stay_together(choice, context, first);
+                // Bodies that are led have arrived, and have only the velocity of the step before now.
+                let drifts = self.drifts(context, -to_f64(context.dt));
                 self.find_candidates(context, evaluation, stiff, |place| {
                     let body = evaluation.bodies[place];
                     let known = first.resolved(body).is_some();
@@ -106,9 +110,13 @@ impl Integrator {
                     match (known, new) {
                         (true, _) => (!together).then_some(0.0),
                         (false, true) => Some(Real::INFINITY),
-                        (false, false) => Some(fourth(evaluation, place)),
+                        (false, false) => {
+                            let fourth = fourth(evaluation, place);
+                            Some(drifts.bound(&context.bodies[place], fourth))
+                        }
                     }
                 });
+                self.drifts = drifts;
                 // Bodies that are not linearised have a smaller error.
                 self.reached = CAUTION * choice.tolerance;
                 self.look_into(context, evaluation, stiff);
@@ -130,6 +138,13 @@ impl Integrator {
             None => {}
         }
         Self::couple_candidates(evaluation);
+    }
+
+    /// The drifts in a step that begins `elapsed` from now, whose list is to be put back.
+    fn drifts(&mut self, context: &StepContext<'_, impl Lookup>, elapsed: f64) -> Drifts {
+        let mut drifts = std::mem::take(&mut self.drifts);
+        drifts.read(context, &mut self.motions, context.bodies, elapsed);
+        drifts
     }
 
     /// Linearises bodies whose velocities were changed since the evaluation.

@@ -97,6 +97,10 @@ pub(super) struct Start {
     pub wake: bool,
     /// True if it is at rest: its path does not show the stiffness of a field that comes to it.
     pub rests: bool,
+    /// The velocity of the frame in which its path is looked at.
+    pub drift: DVec3,
+    /// True if its path does not show all of its stiffness, and Jacobians do.
+    pub is_linearised: bool,
     /// The square of the highest frequency that the last plan has shown, and its [length](StepPlan::length).
     shown: Option<(f64, f64)>,
     /// The number of refinements in a row in which that square has grown as the inverse of the length.
@@ -119,6 +123,8 @@ impl Start {
             plan,
             wake,
             rests: false,
+            drift: DVec3::ZERO,
+            is_linearised: false,
             shown: None,
             grew: 0,
             fallback: None,

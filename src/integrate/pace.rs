@@ -44,11 +44,17 @@ pub(super) struct Track {
     pub is_stiff_aside: bool,
     /// The work that was done along the path.
     pub work: Work,
+    /// True if Jacobians show its frequencies, too, because fields move beside it.
+    pub is_linearised: bool,
+    /// The square of the frequency that the last piece has shown, until its Jacobian is known.
+    shown: Bounds,
 }
 
 #[derive(Clone)]
 struct PathPoint {
     position: DVec3,
+    /// The position in the frame in which the path is looked at.
+    seen: DVec3,
     attitude: DQuat,
     acceleration: (DVec3, DVec3),
 }
@@ -97,10 +103,7 @@ pub(super) fn track_all<'a>(
 ) -> f64 {
     let mut farthest = 0.0_f64;
     for (track, (state, wrench)) in tracks.iter_mut().zip(passing) {
-        track.pass(state, *wrench);
-        if let Some(time) = time {
-            track.work.pass(state, *wrench, time);
-        }
+        track.pass(state, *wrench, time);
         farthest = farthest.max(track.piece.way * track.piece.root_of_mass);
     }
     let mut fastest = 0.0_f64;
@@ -126,15 +129,32 @@ pub(super) fn track_all<'a>(
             least: omega2(change.least),
             most: omega2(change.most),
         };
-        track.see(shown);
         fastest = fastest.max(shown.least);
+        if track.is_linearised {
+            track.shown = shown;
+        } else {
+            track.see(shown);
+        }
     }
     fastest
 }
 
 impl Track {
-    fn pass(&mut self, state: &RigidState, wrench: Wrench) {
-        let mark = PathPoint::of(state, wrench);
+    /// A path that is looked at in a frame of this velocity; `is_linearised` if Jacobians show its frequencies, too.
+    pub(super) fn new(drift: DVec3, is_linearised: bool) -> Self {
+        Track {
+            work: Work::in_frame(drift),
+            is_linearised,
+            ..Track::default()
+        }
+    }
+
+    fn pass(&mut self, state: &RigidState, wrench: Wrench, time: Option<f64>) {
+        let mut mark = PathPoint::of(state, wrench);
+        if let Some(time) = time {
+            mark.seen = self.work.seen(state, time);
+            self.work.pass(state, wrench, time);
+        }
         self.piece = PathSegment::default();
         if let Some(last) = &self.last {
             self.piece = piece(last, &mark, radius2(state));
@@ -145,11 +165,15 @@ impl Track {
 
     /// Records the square of the frequency between the path and a pose beside it, if it is more than `most`.
     pub(super) fn look_aside(&mut self, aside: &RigidState, wrench: Wrench, most: f64) {
-        let piece = |last| piece(last, &PathPoint::of(aside, wrench), radius2(aside));
+        let beside = |last: &PathPoint| {
+            let mut mark = PathPoint::of(aside, wrench);
+            mark.seen += last.seen - last.position;
+            piece(last, &mark, radius2(aside))
+        };
         let omega2 = self
             .last
             .as_ref()
-            .map(piece)
+            .map(beside)
             .map(|it| it.change.least / it.way);
         // False for NaN, if neither the acceleration nor the pose changes.
         let found = omega2.filter(|omega2| *omega2 > most);
@@ -165,7 +189,11 @@ impl Track {
     /// Records the square of a frequency that a Jacobian has shown.
     pub(super) fn see_exactly(&mut self, omega2: f64) {
         self.sustained = self.sustained.max(omega2);
-        self.see(Bounds::exactly(omega2));
+        let Bounds { least, most } = std::mem::take(&mut self.shown);
+        self.see(Bounds {
+            least: least.max(omega2),
+            most: most.max(omega2),
+        });
     }
 
     /// Records the square of a frequency.
@@ -183,6 +211,7 @@ impl PathPoint {
     fn of(state: &RigidState, wrench: Wrench) -> Self {
         PathPoint {
             position: state.position,
+            seen: state.position,
             attitude: state.attitude,
             acceleration: pair(&state.mobility().apply(&of_wrench(wrench))),
         }
@@ -206,7 +235,7 @@ fn piece(last: &PathPoint, mark: &PathPoint, radius2: f64) -> PathSegment {
     let change = size(to.0 - from.0, to.1 - from.1);
     let turn = mark.attitude * last.attitude.inverse();
     let turn = if turn.w < 0.0 { -turn } else { turn };
-    let way = size(mark.position - last.position, turn.to_scaled_axis());
+    let way = size(mark.seen - last.seen, turn.to_scaled_axis());
     // Forces and positions have the rounding of the world's number type.
     let epsilon = to_f64(Real::EPSILON);
     let lost = epsilon * (size(from.0, from.1) + size(to.0, to.1));

@@ -25,6 +25,17 @@ pub(super) struct Begins<'a> {
     pub before: Option<&'a [Body]>,
 }
 
+impl Begins<'_> {
+    /// The time of the start, relative to that of the context.
+    fn from(&self, context: &StepContext<'_, impl Lookup>) -> f64 {
+        if self.before.is_some() {
+            -to_f64(context.dt)
+        } else {
+            0.0
+        }
+    }
+}
+
 /// The result for a body that has been moved.
 pub(super) struct Found<'a> {
     pub start: &'a Start,
@@ -53,6 +64,15 @@ impl Integrator {
         let coupled = choice.is_some() && context.is_coupled();
         let dt = to_f64(context.dt);
         let uneven = !context.compiled.reads_velocity;
+        if choice.is_some() {
+            let bodies = begins.before.unwrap_or(context.bodies);
+            let drifts = &mut self.drifts;
+            drifts.read(context, &mut self.motions, bodies, begins.from(context));
+            for start in starts.iter_mut() {
+                start.drift = drifts.common(&bodies[start.place]);
+                start.is_linearised = drifts.are_given();
+            }
+        }
         while let Some(first) = starts.first() {
             let plan = first.plan;
             alike.clear();
@@ -174,11 +194,7 @@ impl Integrator {
             most: most_to_follow(context),
             coupled,
             sift,
-            from: if begins.before.is_some() {
-                -to_f64(context.dt)
-            } else {
-                0.0
-            },
+            from: begins.from(context),
         };
         substeps.integrate(setting, starts, wrenches)
     }
@@ -285,7 +301,8 @@ fn refine(
         }
         hopeless = true;
         if !coupled {
-            start.give_up(substeps.states[number].linvel.length_squared());
+            let speed = substeps.states[number].linvel - start.drift;
+            start.give_up(speed.length_squared());
         }
     }
     if !coupled {
@@ -294,8 +311,9 @@ fn refine(
     if finest != plan {
         starts.iter_mut().for_each(|start| start.plan = finest);
     } else if hopeless {
-        let energies = substeps.states.iter();
-        let energy = energies.map(|state| state.mass * state.linvel.length_squared());
+        let moved = substeps.states.iter().zip(starts.iter());
+        let energy =
+            moved.map(|(state, start)| state.mass * (state.linvel - start.drift).length_squared());
         let energy = energy.sum();
         starts.iter_mut().for_each(|start| start.give_up(energy));
     }

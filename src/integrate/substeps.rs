@@ -93,7 +93,9 @@ impl SubstepIntegrator {
         group.samples.number();
         self.tracks.clear();
         if setting.tracked {
-            self.tracks.resize_with(starts.len(), Track::default);
+            let tracks = starts.iter();
+            let tracks = tracks.map(|it| Track::new(it.drift, it.is_linearised));
+            self.tracks.extend(tracks);
         }
         self.ticks.clear();
         match setting.map {
@@ -297,22 +299,25 @@ impl<W: Lookup> Run<'_, W> {
 
     /// Records the present poses of the bodies. Returns the square of the highest frequency that the last pieces of
     /// their paths show.
-    fn track(&mut self, group: &Group) -> f64 {
+    fn track(&mut self, group: &mut Group) -> f64 {
         let passing = self.states.iter().zip(&group.wrenches);
         let chooses = self.setting.most.is_none();
         let time = chooses.then_some(self.elapsed);
-        track_all(self.tracks, passing, self.setting.coupled, time)
+        let fastest = track_all(self.tracks, passing, self.setting.coupled, time);
+        self.look_into(group, |track| track.is_linearised)
+            .max(fastest)
     }
 
-    /// Linearises the bodies whose tracks fulfil `which`, and records their exact frequencies.
-    fn look_into(&mut self, group: &mut Group, which: impl Fn(&Track) -> bool) {
+    /// Linearises the bodies whose tracks fulfil `which`, and records their exact frequencies. Returns the square of the
+    /// highest one.
+    fn look_into(&mut self, group: &mut Group, which: impl Fn(&Track) -> bool) -> f64 {
         if !self.tracks.iter().any(&which) {
-            return;
+            return 0.0;
         }
         let frames = self.frames();
         let scene = self.scene(&frames, &group.samples);
         group.lineariser.prepare(&scene);
-        let mut found = Vec::new();
+        let mut found = std::mem::take(&mut group.found);
         for (number, state) in self.states.iter().enumerate() {
             if !which(&self.tracks[number]) {
                 continue;
@@ -321,9 +326,13 @@ impl<W: Lookup> Run<'_, W> {
             let jacobian = jacobian::of_body(lineariser, &scene, Terms::All, number, state.angvel);
             found.push((number, Rates::new(&jacobian, &state.mobility()).omega2()));
         }
-        for (number, omega2) in found {
+        let mut fastest = 0.0_f64;
+        for (number, omega2) in found.drain(..) {
             self.tracks[number].see_exactly(omega2);
+            fastest = fastest.max(omega2);
         }
+        group.found = found;
+        fastest
     }
 
     fn push(&mut self, group: &Group, duration: f64) -> Result<(), Fault> {

@@ -159,14 +159,14 @@ impl RigidState {
         matches!(self.turning, Turning::LeftAlone)
     }
 
-    /// The kinetic energies at the start and now.
-    pub(crate) fn kinetic_energies(&self) -> [f64; 2] {
+    /// The kinetic energies at the start and now, in a frame of the velocity `drift`.
+    pub(crate) fn kinetic_energies(&self, drift: DVec3) -> [f64; 2] {
         let first = match &self.turning {
             Turning::Free(inertia, _) => inertia.angular_momentum(self.start.1, self.began.1),
             _ => self.inertia.momentum(self.start.1, self.began.1),
         };
         let energy = |(linvel, angvel): (DVec3, DVec3), twist: DVec3| {
-            0.5 * (self.mass * linvel.length_squared() + angvel.dot(twist))
+            0.5 * (self.mass * (linvel - drift).length_squared() + angvel.dot(twist))
         };
         let now = energy((self.linvel, self.angvel), self.momentum().1);
         [energy(self.began, first), now]

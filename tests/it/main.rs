@@ -85,6 +85,7 @@ mod random_motions;
 mod readme;
 mod reference_dimers;
 mod regions_vs_parry;
+mod riding;
 mod rollback;
 mod routes;
 mod sampling;

@@ -19,6 +19,8 @@ pub(super) struct Group {
     pub left_out: Vec<usize>,
     /// The poses to restore after wrenches were taken at shifted ones.
     pub poses: Vec<(DVec3, DQuat)>,
+    /// The bodies that were linearised last, and the squares of their frequencies.
+    pub found: Vec<(usize, f64)>,
     pub evaluator: Evaluator,
     pub lineariser: Lineariser,
 }
