@@ -59,8 +59,9 @@ impl Drifts {
         to_dvec3(self.common * Vector::new(x, y, z))
     }
 
-    /// An upper bound of the (dt·ω)⁴ of a body that has shown `fourth_power` by its path through the world.
-    pub(super) fn bound(&self, body: &Body, fourth_power: Real) -> Real {
+    /// (dt·ω)⁴ of a body that has shown `fourth_power` by its path through the world, if the change of its force comes
+    /// from its motion relative to the field to which it is closest in velocity.
+    pub(super) fn shown(&self, body: &Body, fourth_power: Real) -> Real {
         if fourth_power == 0.0 {
             return 0.0;
         }

@@ -65,7 +65,7 @@ impl Integrator {
             let drifts = self.drifts(context, 0.0);
             self.find_candidates(context, evaluation, stiff, |place| {
                 let shown = scout.shown(context, place, evaluation.wrenches[place]);
-                Some(drifts.bound(&context.bodies[place], shown.powi(2)))
+                Some(drifts.shown(&context.bodies[place], shown.powi(2)))
             });
             (self.scout, self.drifts) = (scout, drifts);
             self.look_into(context, evaluation, stiff);
@@ -112,7 +112,7 @@ impl Integrator {
                         (false, true) => Some(Real::INFINITY),
                         (false, false) => {
                             let fourth = fourth(evaluation, place);
-                            Some(drifts.bound(&context.bodies[place], fourth))
+                            Some(drifts.shown(&context.bodies[place], fourth))
                         }
                     }
                 });

@@ -112,7 +112,8 @@ pub enum Scheme {
         /// the force of a spring with a rest length near its anchor.
         ///
         /// Where fields move on kinematic bodies, and where bodies act on nothing but each other, a vibration is judged
-        /// by the motion relative to the fields, or to the centre of mass of all bodies. In fields that move by the
+        /// by the motion relative to the fields, or to the centre of mass of all bodies; but balances on kinematic bodies
+        /// are shares of the kinetic energy in the world, and let a vibration exceed the tolerance there. In fields that move by the
         /// time that a closure or an expression reads, and where several groups of bodies fly apart, a body that rides
         /// along at many times its own velocity may look less stiff than it is.
         ///

@@ -92,7 +92,7 @@ fn rounding() -> f64 {
 fn auto_never_gains_energy() {
     let mut worst = 0.0_f64;
     for case in starts(WELLS) {
-        // Drag leaves less than a millionth of such a motion by then, and its steps are the slowest.
+        // Drag leaves less than a millionth of the energy by then, and such steps are the slowest.
         let fades = case[0].number("zeta") > 0.0 && case[0].number("w_dt") > 4.0;
         let count = if fades { 200 } else { 1000 };
         let (energies, _) = swing(case[0], auto(), count);
