@@ -52,15 +52,21 @@ impl Drifts {
         !self.carriers.is_empty()
     }
 
-    /// The velocity that a body has in common with those that act on it; zero along axes along which it is locked.
-    pub(super) fn common(&self, body: &Body) -> DVec3 {
+    /// The velocity of the frame in which the path of a body is looked at: that of all bodies together if the body
+    /// moves along with them, at less than half of its velocity relative to them, otherwise zero, as it is along axes
+    /// along which the body is locked. A body that flies off so does not make others look as if they moved.
+    pub(super) fn frame(&self, body: &Body) -> DVec3 {
+        let beside = (body.linvel - self.common).length_squared();
+        if 4.0 * beside >= body.linvel.length_squared() {
+            return DVec3::ZERO;
+        }
         let share = |mass: Real| if mass == 0.0 { 0.0 } else { 1.0 };
         let [x, y, z] = body.inv_mass.to_array().map(share);
         to_dvec3(self.common * Vector::new(x, y, z))
     }
 
     /// (dt·ω)⁴ of a body that has shown `fourth_power` by its path through the world, if the change of its force comes
-    /// from its motion relative to the field to which it is closest in velocity.
+    /// from its motion relative to the carrier, or to the bodies together, to which it is closest in velocity.
     pub(super) fn shown(&self, body: &Body, fourth_power: Real) -> Real {
         if fourth_power == 0.0 {
             return 0.0;

@@ -3,7 +3,6 @@
 use super::balance::EnergyBalance;
 use super::begun::BegunStep;
 use super::coupling::LinearisedWrench;
-use super::drift::Drifts;
 use super::evaluation::Evaluation;
 use super::jacobian::{self, Jacobian};
 use super::motion::{Motions, Resolved};
@@ -62,7 +61,7 @@ impl Integrator {
         } else {
             let mut scout = std::mem::take(&mut self.scout);
             scout.look(&mut self.motions, context, &evaluation.wrenches, 1.0);
-            let drifts = self.drifts(context, 0.0);
+            let drifts = self.drifts(context, context.bodies, 0.0);
             self.find_candidates(context, evaluation, stiff, |place| {
                 let shown = scout.shown(context, place, evaluation.wrenches[place]);
                 Some(drifts.shown(&context.bodies[place], shown.powi(2)))
@@ -102,7 +101,7 @@ impl Integrator {
             Some(choice) => {
                 let together = stay_together(choice, context, first);
                 // Bodies that are led have arrived, and have only the velocity of the step before now.
-                let drifts = self.drifts(context, -to_f64(context.dt));
+                let drifts = self.drifts(context, context.bodies, -to_f64(context.dt));
                 self.find_candidates(context, evaluation, stiff, |place| {
                     let body = evaluation.bodies[place];
                     let known = first.resolved(body).is_some();
@@ -138,13 +137,6 @@ impl Integrator {
             None => {}
         }
         Self::couple_candidates(evaluation);
-    }
-
-    /// The drifts in a step that begins `elapsed` from now, whose list is to be put back.
-    fn drifts(&mut self, context: &StepContext<'_, impl Lookup>, elapsed: f64) -> Drifts {
-        let mut drifts = std::mem::take(&mut self.drifts);
-        drifts.read(context, &mut self.motions, context.bodies, elapsed);
-        drifts
     }
 
     /// Linearises bodies whose velocities were changed since the evaluation.

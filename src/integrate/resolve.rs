@@ -1,6 +1,7 @@
 //! Bodies that are moved within a step, as finely as their stiffness needs.
 
 use super::balance::EnergyBalance;
+use super::drift::Drifts;
 use super::evaluation::Evaluation;
 use super::fault::{Fault, FaultKind, FaultPolicy, Sift};
 use super::load::{all_else, lag, own_lag};
@@ -64,14 +65,14 @@ impl Integrator {
         let coupled = choice.is_some() && context.is_coupled();
         let dt = to_f64(context.dt);
         let uneven = !context.compiled.reads_velocity;
-        if choice.is_some() {
+        if choice.is_some() && !starts.is_empty() {
             let bodies = begins.before.unwrap_or(context.bodies);
-            let drifts = &mut self.drifts;
-            drifts.read(context, &mut self.motions, bodies, begins.from(context));
+            let drifts = self.drifts(context, bodies, begins.from(context));
             for start in starts.iter_mut() {
-                start.drift = drifts.common(&bodies[start.place]);
+                start.drift = drifts.frame(&bodies[start.place]);
                 start.is_linearised = drifts.are_given();
             }
+            self.drifts = drifts;
         }
         while let Some(first) = starts.first() {
             let plan = first.plan;
@@ -138,6 +139,18 @@ impl Integrator {
         }
         (self.substeps, self.alike) = (substeps, alike);
         Ok(())
+    }
+
+    /// The drifts `elapsed` into a step that `bodies` begin with these velocities. Their list is to be put back.
+    pub(super) fn drifts(
+        &mut self,
+        context: &StepContext<'_, impl Lookup>,
+        bodies: &[Body],
+        elapsed: f64,
+    ) -> Drifts {
+        let mut drifts = std::mem::take(&mut self.drifts);
+        drifts.read(context, &mut self.motions, bodies, elapsed);
+        drifts
     }
 
     /// Moves bodies by one plan. With `sift`, contributions that are not finite are left out instead of causing a

@@ -186,3 +186,42 @@ fn bends_of_forces_that_move_count_in_the_tolerance() {
         }
     }
 }
+
+/// A body that flies off is no part of the motion of others: two balls on a spring between them, at rest as a pair,
+/// keep their energy beside a heavy third one, although its mass and velocity decide those of all bodies together.
+#[test]
+fn bodies_that_fly_off_do_not_hide_how_stiff_others_are() {
+    for dt_omega in [0.7, 1.1, 1.5, 2.6] {
+        for speed in [0.0, 1.0, 30.0] {
+            let omega = dt_omega / DT;
+            let mut world = weightless(from_f64(DT));
+            let swing = Vector::Y * 0.5;
+            let apart = Vector::X * from_f64(0.3 / omega);
+            let [one, other] = [1.0, -1.0].map(|side| {
+                let place = apart * (0.5 * side);
+                insert_ball(&mut world, 2.0, place, swing * side)
+            });
+            let away = Vector::Z * from_f64(speed);
+            insert_ball(&mut world, 1000.0, Vector::Z * 10.0, away);
+            for (_, collider) in world.colliders.iter_mut() {
+                collider.set_collision_groups(InteractionGroups::none());
+            }
+            let near = Region::ball(from_f64(3.0 / omega));
+            let spring = Field::spring(from_f64(omega * omega)).within(near);
+            let mut fields = build(spring.reacting().at(one), Scheme::auto(1e-3));
+            let energy = |world: &PhysicsWorld| {
+                let [one, other] = [one, other].map(|it| &world.bodies[it]);
+                let distance = to_f64((one.translation() - other.translation()).length());
+                let speed = to_f64((one.linvel() - other.linvel()).length());
+                0.5 * speed.powi(2) + 0.5 * (omega * distance).powi(2)
+            };
+            let before = energy(&world);
+            let mut worst = 0.0_f64;
+            for _ in 0..240 {
+                fields.step(&mut world).expect("a step");
+                worst = worst.max((energy(&world) / before - 1.0).abs());
+            }
+            assert_at_most(worst, 3e-3, format!("dt·ω {dt_omega}, speed {speed}"));
+        }
+    }
+}
