@@ -28,6 +28,7 @@ impl Integrator {
     ) -> Result<(), Fault> {
         motions.clear();
         self.fastest = None;
+        self.passages.clear();
         self.kick(context, evaluation, None, acts, motions)?;
         self.move_within(context, evaluation, motions)?;
         motions.sort();

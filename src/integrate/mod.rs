@@ -7,9 +7,11 @@ mod context;
 mod couple;
 mod coupling;
 mod drift;
+mod edges;
 mod evaluation;
 mod exponential;
 mod fault;
+mod follow;
 mod free_motion;
 mod halves;
 mod implicit;
@@ -44,6 +46,7 @@ pub use stiffness::{StepWarning, Stiffness};
 pub(crate) use begun::BegunStep;
 pub(crate) use context::{MotionRules, StepContext};
 pub(crate) use coupling::LinearisedWrench;
+pub(crate) use edges::{Change, Edges};
 pub(crate) use evaluation::{Evaluation, first_unsound};
 pub(crate) use fault::{Fault, FaultKind, Sift};
 pub(crate) use free_motion::{FreeMotion, FreeMotions};
@@ -77,6 +80,8 @@ pub(crate) struct Integrator {
     others: Vec<VelocityUpdate>,
     motions: predicted::PredictedMotions,
     candidates: Vec<usize>,
+    /// Bodies that were moved in the step, whose force has changed much.
+    passages: Vec<substeps::Passage>,
     /// The body with the highest frequency along its path within the step, and the square of this frequency, if it is
     /// too high for a scheme that does not choose.
     fastest: Option<(RigidBodyHandle, f64)>,

@@ -115,7 +115,10 @@ impl Integrator {
                     weigh(choice, begins.evaluation, &mut substeps, &mut alike);
                     refine(choice, &substeps, &mut alike, plan, dt, coupled, uneven);
                 }
-                None => self.note_ways(context, &alike, &substeps.tracks),
+                None => {
+                    self.note_ways(context, &alike, &substeps.tracks);
+                    self.note_passages(context, begins.evaluation, &alike, &substeps);
+                }
             }
             for (number, start) in alike.iter().enumerate() {
                 if start.plan != plan {

@@ -112,14 +112,17 @@ pub enum Scheme {
         /// the force of a spring with a rest length near its anchor.
         ///
         /// Where fields move on kinematic bodies, and where bodies act on nothing but each other, a vibration is judged
-        /// by the motion relative to the fields, or to the centre of mass of all bodies; but balances on kinematic bodies
-        /// are shares of the kinetic energy in the world, and let a vibration exceed the tolerance there. In fields that move by the
-        /// time that a closure or an expression reads, and where several groups of bodies fly apart, a body that rides
-        /// along at many times its own velocity may look less stiff than it is.
+        /// by the motion relative to the fields, or to the centre of mass of all bodies; but balances on kinematic
+        /// bodies are shares of the kinetic energy in the world, and let a vibration exceed the tolerance there. In
+        /// fields that move by the time that a closure or an expression reads, and where several groups of bodies fly
+        /// apart, a body that rides along at many times its own velocity may look less stiff than it is.
         ///
         /// All of this holds for forces that change smoothly. Where a force jumps within a step, at the border of a
         /// region or where an operator changes over to another operand, the velocity is off by about half the change of
-        /// the force times dt/m, which is neither counted nor reported. A shorter step makes it smaller.
+        /// the force times dt/m. For a body that is not stiff otherwise, the errors of its energy are added up, and
+        /// reported as above beyond the tolerance; up to 16 such bodies are
+        /// [followed](crate::StepWarning::AbruptForce) at once. For a stiff one they are neither counted nor reported. A
+        /// shorter step makes them smaller.
         tolerance: Real,
     },
 }

@@ -64,7 +64,8 @@ pub enum StepWarning {
     },
     /// [`Auto`](crate::Scheme::Auto) or [`PerBody`](crate::Substeps::PerBody) did not meet its tolerance for a body:
     /// even its finest substeps exceed it; or the errors of the steps since the body was found stiff, or since the last
-    /// such warning, add up to more; or the body entered a stiff field within a step that was not expected to be stiff.
+    /// such warning, add up to more; or so do those of [forces that jump](Self::AbruptForce); or the body entered a stiff
+    /// field within a step that was not expected to be stiff.
     #[error("the step of {body:?} has a relative error of {error}; the tolerance is {tolerance}")]
     ToleranceMissed {
         /// The body.
@@ -73,6 +74,27 @@ pub enum StepWarning {
         error: Real,
         /// The tolerance of the scheme.
         tolerance: Real,
+    },
+    /// The force on a body jumps or bends where the body passes again and again: at the border of a region, where an
+    /// operator changes over to another operand, or near the anchor of a spring with a rest length. A step changes the
+    /// energy by more or less than the work of the force there. From three such steps on, the warning comes when these
+    /// errors add up to more than a twentieth of the largest kinetic energy that the body had since its force first
+    /// changed that much; then they are added up anew. Shorter steps or more substeps make them smaller. Under
+    /// `KickDriftKick`, steps of ever other lengths change the energy of bodies in stiff fields, too, and count.
+    ///
+    /// Up to 16 bodies are followed at once. Bodies that drag, wind, Rapier's damping, contacts or joints slow down are
+    /// not followed, nor are those that are moved within steps in fields on dynamic bodies, and those in fields that move
+    /// and act at centres of mass. Schemes with a tolerance [warn](Self::ToleranceMissed) beyond it
+    /// instead.
+    #[error(
+        "forces change so abruptly along the path of {body:?} that the steps have changed its energy by {error} of its \
+         largest kinetic energy; shorter steps or more substeps change it less"
+    )]
+    AbruptForce {
+        /// The body.
+        body: RigidBodyHandle,
+        /// The error of its energy, as a share of its largest kinetic energy.
+        error: Real,
     },
     /// A body that is moved within the step was hit in it, in fields that change much over the rest of the step, so its
     /// speed is inaccurate. Schemes with a tolerance warn beyond it, others beyond one percent. See

@@ -6,6 +6,7 @@
 mod bisection;
 mod forward;
 mod group;
+mod passage;
 
 use super::context::StepContext;
 use super::coupling::{Besides, LinearisedWrench, Slope};
@@ -17,6 +18,7 @@ use super::plan::{Bisection, Choice, suzuki_steps};
 use super::predicted::{PredictedFrames, PredictedMotions};
 use super::stiffness::Rates;
 use group::{Group, Solution};
+pub(super) use passage::Passage;
 
 use crate::eval::{SampledWorld, Terms};
 use crate::math::{DVec3, from_dvec3, from_f64, to_dvec3, to_f64};

@@ -2,6 +2,7 @@
 //! and once after it, without a list of bodies or of samples.
 
 mod block;
+mod follow;
 mod kicks;
 mod pass;
 
@@ -9,7 +10,7 @@ use super::scene::{Now, iterations};
 use super::timings::span;
 use super::{Definition, FieldPipeline, FieldState, OpenStep};
 use crate::bridge::{self, Visit, WakePolicy, Wanted, WorldMut};
-use crate::integrate::{Evaluation, FASTEST, Scheme, farthest};
+use crate::integrate::{Edges, Evaluation, FASTEST, Scheme, farthest};
 pub(super) use block::BodyBlock;
 use pass::{FirstHalf, HalfStep, Pass};
 
@@ -45,14 +46,14 @@ impl FieldPipeline {
             all: self.other_bodies,
             first: None,
         };
-        let last = state.evaluation.as_ref();
+        let (last, edges) = (state.evaluation.as_ref(), &mut state.edges);
         // Before the search for contacts, with the held bodies of the last step, most of which are still held.
-        if self.pass(&half, last, world).is_blocked() {
+        if self.pass(&half, last, edges, world).is_blocked() {
             return None;
         }
         self.find_held(fields, world);
         self.keep_copies(fields, world);
-        if !self.visit_centres(&half, last, world) {
+        if !self.visit_centres(&half, last, edges, world) {
             return None;
         }
         self.retire(state);
@@ -101,7 +102,8 @@ impl FieldPipeline {
         if twice {
             self.find_held(fields, world);
         }
-        if twice && !self.visit_centres(&half, state.evaluation.as_ref(), world) {
+        let (last, edges) = (state.evaluation.as_ref(), &mut state.edges);
+        if twice && !self.visit_centres(&half, last, edges, world) {
             return None;
         }
         self.note_sleepers(fields, state, &open.bodies, world);
@@ -120,6 +122,7 @@ impl FieldPipeline {
         &mut self,
         half: &HalfStep<'_>,
         last: Option<&Evaluation>,
+        edges: &mut Edges,
         world: &mut WorldMut<'_>,
     ) -> bool {
         span!("visits");
@@ -132,7 +135,7 @@ impl FieldPipeline {
         self.centres
             .begin(&self.scene.compiled, &world.view(), half.moment);
         let mut block = std::mem::take(&mut self.block);
-        let done = self.pass(half, last, world).run(&mut block);
+        let done = self.pass(half, last, edges, world).run(&mut block);
         self.block = block;
         self.blocker = done.err();
         if self.blocker.is_some() {
@@ -146,6 +149,7 @@ impl FieldPipeline {
         &'a mut self,
         half: &'a HalfStep<'a>,
         last: Option<&'a Evaluation>,
+        edges: &'a mut Edges,
         world: &'a mut WorldMut<'_>,
     ) -> Pass<'a> {
         let (gravity, parameters) = (world.gravity, world.integration_parameters);
@@ -171,6 +175,7 @@ impl FieldPipeline {
             shown: &mut self.shown,
             motions: &mut self.motions,
             drowsy: &mut self.scene.bodies,
+            edges,
             warnings: &mut self.warnings,
         }
     }

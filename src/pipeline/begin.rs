@@ -73,6 +73,8 @@ impl FieldPipeline {
         self.note_starts(&world);
         self.stopwatch.lap_if(detects, StepStage::Contacts);
         let mark = state.mark;
+        let scheme = fields.settings.scheme;
+        state.edges.begin(state.steps + 1, dt, scheme);
         let begun = self.begin_bodies(fields, state, &mut world);
         if begun.is_err() {
             // The evaluation may belong to bodies that the records do not have.
@@ -324,6 +326,7 @@ impl FieldPipeline {
         };
         if outcome.is_ok() {
             integrator.warn_of_ways(&context, &mut self.warnings);
+            integrator.follow_moved(&context, &mut state.edges);
             warn_of_caps(&context, motions, &mut self.warnings);
         }
         outcome.map_err(|fault| blame(fields.set, &fault))?;

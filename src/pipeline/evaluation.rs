@@ -143,6 +143,7 @@ impl FieldPipeline {
             integrator.predict(&context, &mut evaluation, &last, all, stiff, warnings);
             if !fields.settings.scheme.kicks_twice() {
                 integrator.watch(&context, &evaluation, &last, warnings);
+                integrator.follow_once(&context, &evaluation, &last, &mut state.edges);
             }
         }
         self.spare = last;

@@ -14,7 +14,7 @@ use crate::bridge::{self, Constraints, Made, Push, StepError, Wanted, WorldMut};
 use crate::contact::was_to_ask;
 use crate::cross_check::Judging;
 use crate::diagnose::{SampledFields, blame, sifted};
-use crate::integrate::{BegunStep, Completion, Fault, FreeMotion, Motions, StepWarning};
+use crate::integrate::{BegunStep, Completion, Fault, FreeMotion, Motions, Scheme, StepWarning};
 use crate::math::{Real, RigidBodyHandle, from_f64, to_f64};
 use crate::rigid::{MidStepImpact, Wrench, sort_by_body};
 
@@ -183,6 +183,12 @@ impl FieldPipeline {
             self.zone_watch
                 .end(fields.set, &view, times, inside, channel);
         }
+        let kicks = fields.settings.scheme == Scheme::KickDriftKick;
+        let (last, held) = (state.evaluation.as_ref(), &self.scene.held);
+        let felt = |body| last.filter(|_| kicks && !held.contains(body))?.wrench(body);
+        state.edges.see(&world.view(), felt);
+        let error = state.edges.tell(fields.settings.scheme, &mut self.warnings);
+        self.integrator.reached = self.integrator.reached.max(error);
         self.stopwatch.lap(StepStage::Bookkeeping);
         Ok(StepOutcome {
             sampled: self.samples_used(open),
@@ -292,6 +298,9 @@ impl FieldPipeline {
         if let Some(last) = known {
             let (bodies, redone) = (&open.bodies, &mut self.redone);
             integrator.redo(&context, &mut evaluation, bodies, last, redone, warnings);
+        }
+        if fields.settings.scheme.kicks_twice() {
+            integrator.follow(&context, &evaluation, begun, &mut state.edges);
         }
         let policy = fields.settings.wake;
         state.resting.decide(

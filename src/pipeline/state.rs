@@ -8,7 +8,7 @@ use crate::contact::{HandOver, Listening};
 use crate::cross_check::CrossCheckReport;
 use crate::diagnose::{EnergyAudit, Occupant};
 use crate::field::{Anchor, Axis, Frame, PropertyError};
-use crate::integrate::{Evaluation, Reactions, first_unsound};
+use crate::integrate::{Edges, Evaluation, Reactions, first_unsound};
 use crate::math::{ColliderHandle, Pose, RigidBodyHandle, Vector, from_f64};
 use crate::rigid::Body;
 
@@ -31,6 +31,8 @@ pub struct FieldState {
     pub(crate) carriers: Vec<(Anchor, Option<Frame>)>,
     /// Bodies found stiff, in the order of their handles.
     pub(crate) stiff: Vec<RigidBodyHandle>,
+    /// Bodies on which forces change abruptly.
+    pub(crate) edges: Edges,
     pub(crate) resting: Resting,
     pub(crate) drowsing: Drowsing,
     pub(crate) reactions: Reactions,
@@ -139,6 +141,7 @@ impl FieldState {
     /// Makes the next step evaluate again.
     pub(crate) fn forget(&mut self) {
         self.evaluation = None;
+        self.edges = Edges::default();
         self.records.clear();
     }
 
@@ -153,6 +156,7 @@ impl FieldState {
             return Some(format!("records has {count} entries of {known} bodies"));
         }
         let lists = [
+            ("edges", self.edges.is_sound()),
             ("resting", self.resting.is_sound()),
             ("drowsing", self.drowsing.is_sound()),
             ("reactions", self.reactions.is_sound()),

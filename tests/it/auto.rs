@@ -378,7 +378,7 @@ fn eccentric_orbits_close_without_a_warning() {
     }
 }
 
-/// A jump causes no warning and no endless division of the step.
+/// A jump causes no endless division of the step. The energy that the ball gains by it, as under kick-drift-kick, is told.
 #[test]
 fn a_jump_of_the_force_is_not_taken_for_stiffness() {
     let hover = |scheme| {
@@ -397,7 +397,7 @@ fn a_jump_of_the_force_is_not_taken_for_stiffness() {
     };
     let (own, other) = (hover(auto()), hover(Scheme::KickDriftKick));
     assert!(
-        own.off <= 1.2 * other.off && own.warned == 0,
+        own.off <= 1.2 * other.off && own.off > 0.2 && own.warned > other.warned,
         "{own:?} beside {other:?}"
     );
 }

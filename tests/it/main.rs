@@ -12,6 +12,7 @@ use rapier3d_fields_lab::single as lab;
 
 mod support;
 
+mod abrupt;
 mod adversarial;
 mod adversarial_steps;
 mod alarms;

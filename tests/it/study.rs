@@ -278,7 +278,9 @@ fn forces_are_evaluated_once_a_step() {
             let [coarse, fine] = [dt, 0.5 * dt].map(|dt| run(case, method, dt));
             let place = format!("{}, {}", case.about().name, method.name());
             let more = fine.evaluations - coarse.evaluations;
-            assert_eq!(more, fine.steps - coarse.steps, "{place}");
+            // Once more where a force first changes much, to see whether it jumps.
+            let off = more.abs_diff(fine.steps - coarse.steps);
+            assert!(off <= 1, "{place}: {more}");
             // The first step also checks how stiff new bodies are.
             assert!(coarse.evaluations - coarse.steps < 40, "{place}");
         }

@@ -377,6 +377,7 @@ pub fn body_of(warning: &StepWarning) -> Option<RigidBodyHandle> {
         | StepWarning::PinnedParticles { body, .. }
         | StepWarning::SpeedCapped { body, .. }
         | StepWarning::FarFromOrigin { body, .. }
+        | StepWarning::AbruptForce { body, .. }
         | StepWarning::LeftOut { body, .. }
         | StepWarning::Quarantined { body, .. }
         | StepWarning::RotationCapped { body, .. } => Some(*body),

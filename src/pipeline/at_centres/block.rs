@@ -48,6 +48,18 @@ impl Default for BodyBlock {
     }
 }
 
+/// The way of a body since the last evaluation.
+pub(super) struct LastWay {
+    /// The place of the body in its block.
+    pub lane: usize,
+    pub way: Vector,
+    /// The change of the force, and the force at the end.
+    pub change: Vector,
+    pub force: Vector,
+    /// The length of the step.
+    pub dt: Real,
+}
+
 /// A body that is held, or whose rotation is to be computed.
 #[derive(Debug)]
 pub(super) struct Special {
@@ -171,16 +183,22 @@ impl BodyBlock {
         )
     }
 
-    /// One bit for each body whose force changed so much that it would move within a step by more than `share` of its
-    /// way. Both shares and ways are compared by their squares.
-    pub(super) fn swings(&self, changes: &Columns, ways: &Columns, dt: Real, share2: Real) -> u64 {
+    /// For each share, one bit for each body whose force changed so much that it would move within a step by more than
+    /// this share of its way. Shares and ways are compared by their squares.
+    pub(super) fn swings<const N: usize>(
+        &self,
+        changes: &Columns,
+        ways: &Columns,
+        dt: Real,
+        shares2: [Real; N],
+    ) -> [u64; N] {
         in_registers(
             #[inline(always)]
             || {
                 let per_force = each_lane(|lane| dt * dt / self.seen.masses[lane]);
                 let swing2 = squares(changes, &per_force);
                 let way2 = squares(ways, &[1.0; TOGETHER]);
-                mask(|lane| swing2[lane] > share2 * way2[lane])
+                shares2.map(|share2| mask(|lane| swing2[lane] > share2 * way2[lane]))
             },
         )
     }

@@ -1,11 +1,11 @@
 //! One visit of all bodies: eight at a time are read, evaluated together, and written.
 
-use super::block::{BodyBlock, Columns, KickRules, Kicked, Special, rounded};
+use super::block::{BodyBlock, Columns, KickRules, Kicked, LastWay, Special, rounded};
 use crate::bridge::{self, Visit, Walk};
 use crate::compile::{AtCentres, Compiled};
-use crate::eval::{CentreEvaluator, TOGETHER};
+use crate::eval::{CentreEvaluator, TOGETHER, in_lane};
 use crate::integrate::{
-    Before, Completion, Evaluation, FASTEST, FreeMotion, Motions, Scheme, SpinRules, Spins,
+    Before, Completion, Edges, Evaluation, FASTEST, FreeMotion, Motions, Scheme, SpinRules, Spins,
     StepWarning, stiff_from,
 };
 use crate::math::{Real, RigidBodyHandle, Vector, from_f64};
@@ -74,6 +74,7 @@ pub(super) struct Pass<'a> {
     pub shown: &'a mut Evaluation,
     pub motions: &'a mut Motions,
     pub drowsy: &'a mut Vec<Body>,
+    pub edges: &'a mut Edges,
     pub warnings: &'a mut Vec<StepWarning>,
 }
 
@@ -285,7 +286,21 @@ impl Pass<'_> {
         if let (Some(most), Some(last)) = (rules.suspicious, self.last)
             && (self.half.first.is_some() || !rules.twice)
         {
-            bad |= block.all() & self.swings(block, kicked, last, most);
+            let (changes, ways) = self.changes(block, kicked, last);
+            let shares2 = [most, self.edges.followed_from()];
+            let [swing, abrupt] = block.swings(&changes, &ways, self.half.dt, shares2);
+            bad |= block.all() & swing;
+            let followed = block.all() & abrupt & !block.special & !bad;
+            for lane in lanes_of(if rules.kick.slows { 0 } else { followed }) {
+                let last = LastWay {
+                    lane,
+                    way: in_lane(&ways, lane),
+                    change: in_lane(&changes, lane),
+                    force: in_lane(&kicked.forces, lane),
+                    dt: last.dt,
+                };
+                self.follow(block, &last);
+            }
         }
         if let Some(most) = rules.suspicious.filter(|_| self.half.first.is_none())
             && block.unknown() != 0
@@ -298,8 +313,9 @@ impl Pass<'_> {
         }
     }
 
-    /// One bit for each body whose force changed much over its way since the last evaluation.
-    fn swings(&self, block: &BodyBlock, kicked: &Kicked, last: &Evaluation, most: Real) -> u64 {
+    /// The changes of forces since the last evaluation, and the ways of the bodies since; zero for bodies that it does
+    /// not contain.
+    fn changes(&self, block: &BodyBlock, kicked: &Kicked, last: &Evaluation) -> (Columns, Columns) {
         let dt = self.half.dt;
         let (mut changes, mut ways) = (Columns::default(), block.seen.linvels);
         ways.as_flattened_mut()
@@ -322,7 +338,7 @@ impl Pass<'_> {
                 }
             }
         }
-        block.swings(&changes, &ways, dt, most)
+        (changes, ways)
     }
 
     /// One bit for each body whose force will have changed much at the end of its way.
@@ -342,7 +358,8 @@ impl Pass<'_> {
             changes[axis] = each_lane(|lane| forces[axis][lane] - kicked.forces[axis][lane]);
         }
         // A quarter of the limit of (dt·ω)², because along its path a body need not meet the stiffest direction.
-        block.swings(&changes, &ways, dt, most * from_f64(0.0625))
+        let [swing] = block.swings(&changes, &ways, dt, [most * from_f64(0.0625)]);
+        swing
     }
 
     /// Adds the forces to the evaluation of this half of the step.
