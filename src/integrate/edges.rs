@@ -46,6 +46,9 @@ pub(crate) struct Edges {
     /// Bodies are followed from a force on that can change their kinetic energy by this share.
     share: f64,
     accounts: Vec<Account>,
+    /// The account of the last change that was looked at, as it was before.
+    #[cfg_attr(feature = "serde-serialize", serde(skip))]
+    before: Option<Account>,
 }
 
 /// The energy of a body that is followed.
@@ -133,7 +136,7 @@ impl Edges {
     }
 
     /// Returns true if a body is followed, or may be.
-    pub(super) fn has_room_for(&self, body: RigidBodyHandle) -> bool {
+    pub(crate) fn has_room_for(&self, body: RigidBodyHandle) -> bool {
         self.accounts.len() < MOST
             || self.accounts.iter().any(|it| it.body == body)
             || self.accounts.iter().any(|it| it.is_old(self.step))
@@ -150,6 +153,7 @@ impl Edges {
         if account.last == step {
             return None;
         }
+        self.before = Some(*account);
         let omega2 = change.swing / (whole * change.dt * change.dt);
         let known = if account.last + 1 == step {
             account.omega2
@@ -166,6 +170,15 @@ impl Edges {
         let least = ABRUPT * self.share * account.scale;
         let new = (omega2 - known).abs() * (change.dt * change.dt * whole);
         (new > least || change.swing > ANYHOW * whole).then_some(least)
+    }
+
+    /// Forgets the last change that was looked at, so that it can be looked at again in this step.
+    pub(crate) fn take_back(&mut self) {
+        if let Some(before) = self.before.take()
+            && let Some(place) = find_by(&self.accounts, before.body, |it| it.body)
+        {
+            self.accounts[place] = before;
+        }
     }
 
     /// The place of the account of a body, which is new if there is room for it.

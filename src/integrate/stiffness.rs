@@ -83,9 +83,8 @@ pub enum StepWarning {
     /// `KickDriftKick`, steps of ever other lengths change the energy of bodies in stiff fields, too, and count.
     ///
     /// Up to 16 bodies are followed at once. Bodies that drag, wind, Rapier's damping, contacts or joints slow down are
-    /// not followed, nor are those that are moved within steps in fields on dynamic bodies, and those in fields that move
-    /// and act at centres of mass. Schemes with a tolerance [warn](Self::ToleranceMissed) beyond it
-    /// instead.
+    /// not followed, nor are those that are moved within steps in fields on dynamic bodies. Schemes with a tolerance
+    /// [warn](Self::ToleranceMissed) beyond it instead.
     #[error(
         "forces change so abruptly along the path of {body:?} that the steps have changed its energy by {error} of its \
          largest kinetic energy; shorter steps or more substeps change it less"

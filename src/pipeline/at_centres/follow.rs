@@ -16,13 +16,14 @@ const PARTS: usize = 4;
 const SAME: f64 = 0.05;
 
 impl Pass<'_> {
-    /// Follows a body, and adds the error of its energy if its force has changed abruptly.
+    /// Follows a body, and adds the error of its energy if its force has changed abruptly. Returns false if that needs
+    /// more than a visit, because the fields have moved.
     #[inline(never)]
-    pub(super) fn follow(&mut self, block: &BodyBlock, last: &LastWay) {
+    pub(super) fn follow(&mut self, block: &BodyBlock, last: &LastWay) -> bool {
         let handle = block.seen.bodies[last.lane];
         let damps = |it: &RigidBody| it.linear_damping() != 0.0 || it.angular_damping() != 0.0;
-        if self.visit.body(handle).is_none_or(damps) {
-            return;
+        if !self.edges.has_room_for(handle) || self.visit.body(handle).is_none_or(damps) {
+            return true;
         }
         let speed = to_f64(in_lane(&block.seen.linvels, last.lane).length());
         let (way, change) = (to_dvec3(last.way), to_dvec3(last.change));
@@ -31,7 +32,7 @@ impl Pass<'_> {
         let before = force - change;
         // A longer way is no motion.
         if way.length() > 2.0 * (speed + before.length() / mass * dt) * dt {
-            return;
+            return true;
         }
         let swing = Change {
             body: handle,
@@ -42,13 +43,14 @@ impl Pass<'_> {
             dt,
         };
         let Some(least) = self.edges.look(&swing) else {
-            return;
+            return true;
         };
-        // The fields along the way are those at its end.
         if self.carriers_move() {
+            // The fields along the way are taken as at its end.
             let [at_start, ..] = self.forces(block, last, |_| 1.0);
             if (at_start - before).length() > SAME * change.length() {
-                return;
+                self.edges.take_back();
+                return false;
             }
         }
         let given = 0.5 * (before + force).dot(way);
@@ -57,6 +59,7 @@ impl Pass<'_> {
             let error = error(PARTS);
             self.edges.add(handle, error);
         }
+        true
     }
 
     /// The work of the fields along a way, by the forces at several points in each of some parts.

@@ -299,7 +299,9 @@ impl Pass<'_> {
                     force: in_lane(&kicked.forces, lane),
                     dt: last.dt,
                 };
-                self.follow(block, &last);
+                if !self.follow(block, &last) {
+                    bad |= 1 << lane;
+                }
             }
         }
         if let Some(most) = rules.suspicious.filter(|_| self.half.first.is_none())
