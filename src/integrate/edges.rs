@@ -36,6 +36,9 @@ const BAD: f64 = 0.05;
 /// A body may be replaced by another one after this number of steps without a crossing.
 const LONG: u64 = 64;
 
+/// After this number of steps without a crossing, the errors of a body and the scale of its energy are forgotten.
+const FORGOTTEN: u64 = 256;
+
 /// The bodies on which forces have changed abruptly, in the order of their handles.
 #[derive(Clone, Debug, Default)]
 #[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
@@ -46,9 +49,6 @@ pub(crate) struct Edges {
     /// Bodies are followed from a force on that can change their kinetic energy by this share.
     share: f64,
     accounts: Vec<Account>,
-    /// The account of the last change that was looked at, as it was before.
-    #[cfg_attr(feature = "serde-serialize", serde(skip))]
-    before: Option<Account>,
 }
 
 /// The energy of a body that is followed.
@@ -153,9 +153,15 @@ impl Edges {
         if account.last == step {
             return None;
         }
-        self.before = Some(*account);
+        if step > account.crossed.saturating_add(FORGOTTEN) {
+            *account = Account {
+                last: account.last,
+                omega2: account.omega2,
+                ..Account::new(change.body, step)
+            };
+        }
         let omega2 = change.swing / (whole * change.dt * change.dt);
-        let known = if account.last + 1 == step {
+        let known = if account.last.saturating_add(1) == step {
             account.omega2
         } else {
             // It was less than would have been followed.
@@ -170,15 +176,6 @@ impl Edges {
         let least = ABRUPT * self.share * account.scale;
         let new = (omega2 - known).abs() * (change.dt * change.dt * whole);
         (new > least || change.swing > ANYHOW * whole).then_some(least)
-    }
-
-    /// Forgets the last change that was looked at, so that it can be looked at again in this step.
-    pub(crate) fn take_back(&mut self) {
-        if let Some(before) = self.before.take()
-            && let Some(place) = find_by(&self.accounts, before.body, |it| it.body)
-        {
-            self.accounts[place] = before;
-        }
     }
 
     /// The place of the account of a body, which is new if there is room for it.

@@ -3,27 +3,22 @@
 use super::block::{BodyBlock, LastWay};
 use super::pass::Pass;
 use crate::eval::{CentreBlock, TOGETHER, in_lane};
-use crate::field::Anchor;
 use crate::integrate::Change;
-use crate::math::{DVec3, RigidBodyHandle, Vector, from_f64, to_dvec3, to_f64};
+use crate::math::{DVec3, from_f64, to_dvec3, to_f64};
 use crate::number::{Vec3, each_lane};
 use crate::rapier::dynamics::RigidBody;
 
 /// The number of parts of a way, in each of which forces are evaluated at as many points as there are lanes.
 const PARTS: usize = 4;
 
-/// Fields have not moved if the forces at the start of a way differ by no more than this share of their change over it.
-const SAME: f64 = 0.05;
-
 impl Pass<'_> {
-    /// Follows a body, and adds the error of its energy if its force has changed abruptly. Returns false if that needs
-    /// more than a visit, because the fields have moved.
+    /// Follows a body, and adds the error of its energy if its force has changed abruptly. The fields do not move.
     #[inline(never)]
-    pub(super) fn follow(&mut self, block: &BodyBlock, last: &LastWay) -> bool {
+    pub(super) fn follow(&mut self, block: &BodyBlock, last: &LastWay) {
         let handle = block.seen.bodies[last.lane];
         let damps = |it: &RigidBody| it.linear_damping() != 0.0 || it.angular_damping() != 0.0;
         if !self.edges.has_room_for(handle) || self.visit.body(handle).is_none_or(damps) {
-            return true;
+            return;
         }
         let speed = to_f64(in_lane(&block.seen.linvels, last.lane).length());
         let (way, change) = (to_dvec3(last.way), to_dvec3(last.change));
@@ -32,7 +27,7 @@ impl Pass<'_> {
         let before = force - change;
         // A longer way is no motion.
         if way.length() > 2.0 * (speed + before.length() / mass * dt) * dt {
-            return true;
+            return;
         }
         let swing = Change {
             body: handle,
@@ -43,23 +38,14 @@ impl Pass<'_> {
             dt,
         };
         let Some(least) = self.edges.look(&swing) else {
-            return true;
+            return;
         };
-        if self.carriers_move() {
-            // The fields along the way are taken as at its end.
-            let [at_start, ..] = self.forces(block, last, |_| 1.0);
-            if (at_start - before).length() > SAME * change.length() {
-                self.edges.take_back();
-                return false;
-            }
-        }
         let given = 0.5 * (before + force).dot(way);
         let mut error = |parts| given - self.work_along(block, last, parts);
         if error(1).abs() > least {
             let error = error(PARTS);
             self.edges.add(handle, error);
         }
-        true
     }
 
     /// The work of the fields along a way, by the forces at several points in each of some parts.
@@ -84,20 +70,6 @@ impl Pass<'_> {
         let spread = spread(&block.seen, last, share);
         let Vec3 { x, y, z } = self.evaluator.forces(self.compiled, &spread).force;
         std::array::from_fn(|lane| DVec3::new(x.0[lane], y.0[lane], z.0[lane]))
-    }
-
-    /// Returns true if a field moves with a body, so that forces along a way are not those at its end.
-    fn carriers_move(&self) -> bool {
-        let mut moving = self.compiled.anchors.moving();
-        let moves = |handle: RigidBodyHandle| {
-            let body = self.visit.body(handle);
-            body.is_some_and(|it| it.linvel() != Vector::ZERO || it.angvel() != Vector::ZERO)
-        };
-        moving.any(|(_, anchor)| match anchor {
-            Anchor::World { .. } => false,
-            Anchor::Body { handle, .. } => moves(*handle),
-            Anchor::Collider { .. } => true,
-        })
     }
 }
 

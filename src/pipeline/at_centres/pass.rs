@@ -299,9 +299,7 @@ impl Pass<'_> {
                     force: in_lane(&kicked.forces, lane),
                     dt: last.dt,
                 };
-                if !self.follow(block, &last) {
-                    bad |= 1 << lane;
-                }
+                self.follow(block, &last);
             }
         }
         if let Some(most) = rules.suspicious.filter(|_| self.half.first.is_none())
