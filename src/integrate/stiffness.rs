@@ -79,8 +79,9 @@ pub enum StepWarning {
     /// operator changes over to another operand, or near the anchor of a spring with a rest length. A step changes the
     /// energy by more or less than the work of the force there. From three such steps on, the warning comes when these
     /// errors add up to more than a twentieth of the largest kinetic energy that the body had since its force first
-    /// changed that much; then, and after 256 steps without such a change, they are added up anew. Shorter steps or more substeps make them smaller. Under
-    /// `KickDriftKick`, steps of ever other lengths change the energy of bodies in stiff fields, too, and count.
+    /// changed that much; then, and after 256 steps without such a change, they are added up anew. Shorter steps or more
+    /// substeps make them smaller. Under `KickDriftKick`, steps of ever other lengths change the energy of bodies in stiff
+    /// fields, too, and count.
     ///
     /// Up to 16 bodies are followed at once. Bodies that drag, wind, Rapier's damping, contacts or joints slow down are
     /// not followed, nor are those that are moved within steps in fields on dynamic bodies. Schemes with a tolerance
