@@ -15,7 +15,7 @@ use crate::rigid::{Lookup, Wrench, find_by, is_in_order};
 const MOST: usize = 16;
 
 /// A body is followed from a change of its force on that can change its kinetic energy by this share.
-const FOLLOWED_FROM: f64 = 0.02;
+pub(super) const FOLLOWED_FROM: f64 = 0.02;
 
 /// The share of it from which on a change of force counts that the body has not shown in the step before.
 const ABRUPT: f64 = 0.5;

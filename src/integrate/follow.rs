@@ -1,20 +1,17 @@
 //! Follows bodies on which forces have changed much within a step, and adds up the errors of their energies.
 
 use super::begun::BegunStep;
-use super::edges::Edges;
+use super::edges::{Edges, FOLLOWED_FROM};
 use super::evaluation::Evaluation;
 use super::motion::{Completion, Start};
 use super::secant::fourth_power;
 use super::substeps::{Passage, SubstepIntegrator};
 use super::{Integrator, StepContext};
-use crate::math::{DQuat, Real, Vector, to_dvec3, to_f64};
+use crate::math::{DQuat, Real, Vector, from_f64, to_dvec3, to_f64};
 use crate::rigid::{Lookup, RigidState, Wrench};
 
 /// The number of points at which the work along a way is evaluated.
 const POINTS: u32 = 32;
-
-/// The (dt·ω)⁴ from which on bodies are noted that are moved within the step.
-const NOTED_FROM: Real = 4e-4;
 
 /// At most this number of bodies are noted in the first half of a step.
 const NOTED: usize = 64;
@@ -134,13 +131,13 @@ impl Integrator {
         if context.is_coupled() {
             return;
         }
-        let dt = context.dt;
+        let (dt, least) = (context.dt, from_f64(FOLLOWED_FROM * FOLLOWED_FROM));
         for (number, start) in starts.iter().enumerate() {
             let (place, body) = (start.place, &context.bodies[start.place]);
             let wrenches = [evaluation.wrenches[place], substeps.wrench(number)];
             let turned = wrenches[0].torque != wrenches[1].torque;
             let pull = body.inv_mass * dt * dt;
-            let is_large = turned || changes_much(wrenches, pull, body.linvel * dt, NOTED_FROM);
+            let is_large = turned || changes_much(wrenches, pull, body.linvel * dt, least);
             if !is_large || !is_alone(context, evaluation, place) {
                 continue;
             }
