@@ -1,5 +1,6 @@
 //! The contacts that fields claim from Rapier, and the colliders that have hook bits for that.
 
+use super::jointed::Joints;
 use super::laws::LawTable;
 use super::rules::{Pairs, in_order};
 use super::starts::Starts;
@@ -10,6 +11,7 @@ use crate::math::{ColliderHandle, Real, RigidBodyHandle};
 use crate::rapier::dynamics::RigidBody;
 use crate::rapier::geometry::Collider;
 use crate::rapier::pipeline::ActiveHooks;
+use crate::rigid::{BodySet, Lookup};
 
 /// The rules and laws that decide which contacts Rapier leaves to the fields.
 #[derive(Clone, Debug, Default)]
@@ -22,6 +24,16 @@ pub(crate) struct Claims {
     lossless: bool,
     /// True with swept detection, which follows fast bodies through the step, so nothing needs to stop them.
     pub(super) swept: bool,
+    jointed: JointedBodies,
+}
+
+/// The dynamic bodies with joints.
+#[derive(Clone, Debug, Default)]
+struct JointedBodies {
+    /// Links of multibodies.
+    links: BodySet,
+    /// Bodies with an enabled impulse joint.
+    others: BodySet,
 }
 
 /// A collider that was given hook bits.
@@ -116,7 +128,37 @@ impl Claims {
             lossless: detectors.clone().any(|it| it.law.keeps_speed()),
             any: rules.claim_any() && detectors.any(|it| it.law != ContactLaw::Observe),
             swept,
+            jointed: JointedBodies::default(),
         }
+    }
+
+    /// Finds the bodies with joints.
+    pub(crate) fn find_jointed(&mut self, joints: Joints<'_>, world: &impl Lookup) {
+        self.jointed.links.clear();
+        self.jointed.others.clear();
+        let moves = |body: RigidBodyHandle| world.body(body).is_some_and(RigidBody::is_dynamic);
+        for body in joints.links().filter(|body| moves(*body)) {
+            self.jointed.links.insert(body);
+        }
+        for body in joints.jointed().filter(|body| moves(*body)) {
+            self.jointed.others.insert(body);
+        }
+    }
+
+    /// Returns true if Rapier's solver answers the contacts of two bodies that fields claim by a law, because joints
+    /// decide how one of them moves after an impact. This holds for links of multibodies, whose velocities Rapier
+    /// computes from their joints, under any law and without claims; for other bodies with joints if the law loses
+    /// speed. Under one that does not, the solver would lose it: of five pendulums in a row, it lifts the last one to
+    /// an eighth.
+    pub(crate) fn leaves_to_solver(
+        &self,
+        law: Option<ContactLaw>,
+        bodies: [Option<RigidBodyHandle>; 2],
+    ) -> bool {
+        let is_any = |of: &BodySet| bodies.iter().flatten().any(|body| of.contains(*body));
+        let is_impulse = |law: &ContactLaw| matches!(law, ContactLaw::Impulse { .. });
+        let loses_speed = law.is_some_and(|law| is_impulse(&law) && !law.keeps_speed());
+        is_any(&self.jointed.links) || loses_speed && is_any(&self.jointed.others)
     }
 
     pub(crate) fn is_empty(&self) -> bool {

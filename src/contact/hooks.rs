@@ -142,7 +142,14 @@ impl StepHooks<'_> {
         let pair = [context.collider1, context.collider2];
         let handles = [context.rigid_body1, context.rigid_body2];
         let (bodies, dt) = (context.bodies, self.starts.dt());
-        let deepest = if self.claims.swept {
+        let solves = self.claims.leaves_to_solver(Some(law), handles);
+        let has_coefficients = matches!(law, ContactLaw::Impulse { .. });
+        if solves && !has_coefficients {
+            return self.heard.note(pair, |verdicts| &mut verdicts.held);
+        }
+        let deepest = if solves {
+            Real::NEG_INFINITY
+        } else if self.claims.swept {
             Real::INFINITY
         } else {
             bearable_depth(law, pair, context.colliders)
@@ -247,7 +254,8 @@ impl PhysicsHooks for StepHooks<'_> {
         let pair = [context.collider1, context.collider2];
         let handles = [context.rigid_body1, context.rigid_body2];
         let bodies = handles.map(|handle| context.bodies.get(handle?));
-        let claimed = self.claims.law_now(pair, bodies, self.released).is_some();
+        let law = self.claims.law_now(pair, bodies, self.released);
+        let claimed = law.is_some();
         let bits = ActiveHooks::FILTER_CONTACT_PAIRS;
         let flags = if self.is_users(pair, bits, context.colliders) {
             self.user.filter_contact_pair(context)
@@ -269,7 +277,8 @@ impl PhysicsHooks for StepHooks<'_> {
             body.is_some_and(|body| body.is_dynamic() && body.next_position() != body.position())
         };
         let given = self.given.contains(&in_order(pair));
-        let followed = claimed && self.claims.swept && !given;
+        let solves = self.claims.leaves_to_solver(law, handles);
+        let followed = claimed && self.claims.swept && !given && !solves;
         let stops = followed && (moved(context.rigid_body1) || moved(context.rigid_body2));
         flags.filter(|_| !stops)
     }

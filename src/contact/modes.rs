@@ -67,6 +67,10 @@ pub enum Responder {
     /// second, [`ContactDeepens`](crate::StepWarning::ContactDeepens) warns if the overlap exceeds 4 h. Springs
     /// ([`Penalty`](crate::ContactLaw::Penalty)) hold resting bodies themselves.
     ///
+    /// Joints decide how their bodies move after an impact, so Rapier's solver answers all contacts of bodies with
+    /// impulse joints under an [`Impulse`](crate::ContactLaw::Impulse) that loses speed, with its friction and
+    /// restitution, and all contacts of links of multibodies under any law.
+    ///
     /// Impacts that happen at once are answered together (see [`Impulse`](crate::ContactLaw::Impulse)): of a row of
     /// touching balls that is hit, all move on, where one after the other only the last would.
     #[default]

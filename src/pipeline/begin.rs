@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::contacts::joints;
 use super::due::Due;
 use super::faults::answering;
 use super::scene::{Now, moment};
@@ -97,6 +98,9 @@ impl FieldPipeline {
         self.look_for_outlived(&mut world);
         if !idle || !self.motions.turns.is_empty() {
             self.note_kicks(fields, state.evaluation.as_ref(), &world);
+        }
+        if detects {
+            Arc::make_mut(&mut self.claims).find_jointed(joints(&world), &world.view());
         }
         self.listen(fields, state, &mut world);
         let released = self.release(state, &world);

@@ -129,7 +129,7 @@ impl FieldPipeline {
         let step = SweptStep {
             moment: moment(began, open.dt),
             dt: open.dt,
-            answers: answers(rules, verdicts, joints, &open.given, &view),
+            answers: answers(rules, verdicts, joints, open, &view),
             verdicts,
             work: fields.settings.swept_work,
         };
@@ -186,7 +186,7 @@ impl FieldPipeline {
         let detector = &mut self.detector;
         detector.run(compiled, &view, moment, held, sites);
         if rules.answer_any() {
-            let answers = answers(rules, verdicts, joints(world), &open.given, &view);
+            let answers = answers(rules, verdicts, joints(world), open, &view);
             let stiffest = detector.respond(&view, compiled, moment, dt, answers, &mut self.pushes);
             self.warnings
                 .extend(stiffest.and_then(|(body, omega2)| warn_of_springs(body, omega2, dt)));
@@ -209,13 +209,15 @@ fn answers<'a>(
     rules: &'a ResponderRules,
     verdicts: &'a Verdicts,
     joints: Joints<'a>,
-    given: &'a Pairs,
+    open: &'a OpenStep,
     view: &'a WorldRef<'a>,
 ) -> impl Fn(&FieldContact) -> bool + 'a {
     move |contact| {
         let bodies = contact.bodies.map(|body| view.body(body?));
+        let law = open.claims.law(contact.colliders);
         rules.answers(contact, &verdicts.vetoed)
-            && !given.contains(&contact.colliders)
+            && !open.given.contains(&contact.colliders)
+            && !open.claims.leaves_to_solver(law, contact.bodies)
             && !joints.keep_apart(contact.bodies)
             && !is_dominated(bodies)
     }

@@ -1,5 +1,6 @@
 //! Lasting contacts: bodies come to rest and sleep, compared with Rapier alone in the same world.
 
+mod jointed;
 mod matrix;
 mod quiet;
 mod rebounds;
