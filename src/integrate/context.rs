@@ -1,5 +1,6 @@
 //! The inputs of the integration stage for a step.
 
+use super::caps::Caps;
 use super::fault::{FaultPolicy, Sift};
 use super::plan::Choice;
 use super::reaction::Reactions;
@@ -40,10 +41,7 @@ pub(crate) struct MotionRules<'a> {
     pub iterations: u32,
     /// The gravity of Rapier's step.
     pub gravity: Vector,
-    /// The speed to which Rapier limits bodies.
-    pub max_speed: Real,
-    /// The coordinate beyond which slow bodies move by few roundings of their position.
-    pub farthest: Real,
+    pub caps: Caps,
     /// Links of multibodies, in the order of their handles: they ignore impulses.
     pub links: &'a [RigidBodyHandle],
     /// Bodies that Rapier's solver holds, by contacts or joints.

@@ -142,7 +142,7 @@ fn correct(
         let (force, torque) = (from_dvec3(force), from_dvec3(torque));
         let arrives = (update.linvel + from_dvec3(own * step)).length();
         // If Rapier caps the given velocity already, the warning comes from the update.
-        let capped = update.linvel.length() > context.rules.max_speed;
+        let capped = update.linvel.length() > context.rules.caps.speed;
         let load = Load {
             body: state.body,
             wrench: Wrench { force, torque },

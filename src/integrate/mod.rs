@@ -3,6 +3,7 @@
 
 mod balance;
 mod begun;
+mod caps;
 mod context;
 mod couple;
 mod coupling;
@@ -44,6 +45,7 @@ pub use scheme::{Scheme, Substeps};
 pub use stiffness::{StepWarning, Stiffness};
 
 pub(crate) use begun::BegunStep;
+pub(crate) use caps::Caps;
 pub(crate) use context::{MotionRules, StepContext};
 pub(crate) use coupling::LinearisedWrench;
 pub(crate) use edges::{Change, Edges};
@@ -58,7 +60,7 @@ pub(crate) use particles::{Durations, ParticleMotion, ParticleState, Particles};
 pub(crate) use reaction::Reactions;
 pub(crate) use redo::Redone;
 pub(crate) use spins::{SpinRules, Spins, SpunUpdate};
-pub(crate) use watch::{Caps, farthest, stiff_from, warn_of_caps, warn_of_springs};
+pub(crate) use watch::{stiff_from, warn_of_caps, warn_of_springs};
 
 use crate::eval::{BodySlowings, Evaluator, Lineariser};
 use crate::math::RigidBodyHandle;

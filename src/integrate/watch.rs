@@ -9,7 +9,7 @@ use super::stability::{BY_FORCE, COUPLED, Mode, warns_from};
 use super::stiffness::{Estimate, StepWarning, Stiffness, Treatment};
 use super::{Integrator, Scheme, StepContext};
 use crate::math::{Real, RigidBodyHandle, Vector, from_f64, to_f64};
-use crate::rapier::dynamics::{IntegrationParameters, RigidBody, RigidBodyActivation};
+use crate::rapier::dynamics::RigidBody;
 use crate::rigid::{Lookup, Mobility, Wrench, find};
 
 /// Of more new bodies than this, only this number are linearised: the worst by the change of the fields along their
@@ -426,11 +426,7 @@ pub(crate) fn warn_of_caps(
     motions: &Motions,
     warnings: &mut Vec<StepWarning>,
 ) {
-    let caps = Caps {
-        speed: context.rules.max_speed,
-        farthest: context.rules.farthest,
-        dt: context.dt,
-    };
+    let caps = context.rules.caps;
     let look_up = |body: RigidBodyHandle| context.world.body(body);
     for update in &motions.updates {
         let place = look_up(update.body).map(RigidBody::translation);
@@ -442,74 +438,5 @@ pub(crate) fn warn_of_caps(
     for (body, speeds) in updates.chain(loads) {
         warnings.extend(caps.of_speed(body, speeds[0]));
         warnings.extend(caps.of_turn(body, speeds[1], look_up(body)));
-    }
-}
-
-/// A way of this many roundings of a position is exact enough.
-const FINE: Real = 10.0;
-
-/// The coordinate from which on a body is too far from the origin: the speed below which Rapier lets bodies sleep moves
-/// it by less than the distance of neighbouring numbers in a step.
-pub(crate) fn farthest(parameters: &IntegrationParameters) -> Real {
-    let resting = RigidBodyActivation::default_normalized_linear_threshold();
-    let way = resting * parameters.length_unit * parameters.dt;
-    if way > 0.0 {
-        way / Real::EPSILON
-    } else {
-        Real::INFINITY
-    }
-}
-
-/// The limits of velocities and positions.
-#[derive(Clone, Copy)]
-pub(crate) struct Caps {
-    /// The speed to which Rapier reduces velocities.
-    pub speed: Real,
-    /// See [`farthest`].
-    pub farthest: Real,
-    pub dt: Real,
-}
-
-impl Caps {
-    /// The warning for a body that gets this speed, if it is beyond the limit.
-    pub(crate) fn of_speed(self, body: RigidBodyHandle, speed: Real) -> Option<StepWarning> {
-        let limit = self.speed;
-        (speed > limit).then_some(StepWarning::SpeedCapped { body, speed, limit })
-    }
-
-    /// The warning for a body that leaves a place at this velocity, if rounding of its position matters.
-    pub(crate) fn of_place(
-        self,
-        body: RigidBodyHandle,
-        place: Vector,
-        linvel: Vector,
-    ) -> Option<StepWarning> {
-        let coordinate = place.abs().max_element();
-        if coordinate <= self.farthest {
-            return None;
-        }
-        let (spacing, speed) = (coordinate * Real::EPSILON, linvel.length());
-        (speed * self.dt < FINE * spacing).then_some(StepWarning::FarFromOrigin {
-            body,
-            spacing,
-            speed,
-        })
-    }
-
-    /// The warning for a body that gets this angular speed, if it is beyond the limit.
-    fn of_turn(
-        self,
-        handle: RigidBodyHandle,
-        speed: Real,
-        body: Option<&RigidBody>,
-    ) -> Option<StepWarning> {
-        // Rapier's `MAX_ROTATION`, an eighth of a turn per step.
-        let limit = from_f64(std::f64::consts::FRAC_PI_4) / self.dt;
-        let capped = || body.is_some_and(|body| !body.is_fast_rotation_allowed());
-        (speed > limit && capped()).then_some(StepWarning::RotationCapped {
-            body: handle,
-            speed,
-            limit,
-        })
     }
 }

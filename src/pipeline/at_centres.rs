@@ -10,7 +10,7 @@ use super::scene::{Now, iterations};
 use super::timings::span;
 use super::{Definition, FieldPipeline, FieldState, OpenStep};
 use crate::bridge::{self, Visit, WakePolicy, Wanted, WorldMut};
-use crate::integrate::{Edges, Evaluation, FASTEST, Scheme, farthest};
+use crate::integrate::{Caps, Edges, Evaluation, FASTEST, Scheme};
 pub(super) use block::BodyBlock;
 use pass::{FirstHalf, HalfStep, Pass};
 
@@ -167,8 +167,7 @@ impl FieldPipeline {
             last,
             half,
             gravity,
-            parameters,
-            farthest: farthest(parameters),
+            caps: Caps::new(parameters),
             iterations: iterations(parameters),
             spins: &mut self.integrator.spins,
             evaluator: &mut self.centres,

@@ -10,7 +10,9 @@ use crate::contact::{
     Arrival, FieldContact, Given, HandOver, HeldPairs, Joints, KickShare, Pairs, ResponderRules,
     SweptStep, Verdicts, is_dominated, report,
 };
-use crate::integrate::{Completion, Evaluation, FASTEST, StepWarning, TurnAfter, warn_of_springs};
+use crate::integrate::{
+    Caps, Completion, Evaluation, FASTEST, StepWarning, TurnAfter, warn_of_springs,
+};
 use crate::math::Vector;
 use crate::rapier::pipeline::ActiveHooks;
 use crate::rigid::Lookup;
@@ -155,6 +157,13 @@ impl FieldPipeline {
             }
             sound
         });
+        let caps = Caps::new(world.integration_parameters);
+        for push in &self.pushes {
+            let body = world.bodies.get(push.body);
+            let speed = caps.of_speed(push.body, push.linvel.length());
+            let turn = caps.of_turn(push.body, push.angvel.length(), body);
+            self.warnings.extend(speed.into_iter().chain(turn));
+        }
         bridge::push(world.bodies, &self.pushes)
     }
 

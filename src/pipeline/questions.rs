@@ -10,7 +10,9 @@ use crate::compile::{Compiled, Plan, Prepared};
 use crate::diagnose::{Explanation, SampledFields, blame, missing_anchor};
 use crate::eval::{Evaluator, PotentialEnergy, SampledWorld};
 use crate::field::{FieldRef, FieldSet, Frames, Points, Query, Sampling, Span};
-use crate::integrate::{Evaluation, FaultPolicy, Integrator, MotionRules, StepContext, Stiffness};
+use crate::integrate::{
+    Caps, Evaluation, FaultPolicy, Integrator, MotionRules, StepContext, Stiffness,
+};
 use crate::math::{ColliderHandle, DVec3, Real, RigidBodyHandle, Vector, from_dvec3};
 use crate::reference::{Fate, Reference};
 use crate::rigid::{Body, Wrench};
@@ -296,8 +298,7 @@ impl<'a> Scene<'a> {
                 exact_turns: false,
                 iterations: 1,
                 gravity: Vector::ZERO,
-                max_speed: Real::MAX,
-                farthest: Real::MAX,
+                caps: Caps::NONE,
                 links: &[],
                 held: &NONE,
                 reactions: None,

@@ -6,7 +6,7 @@ use crate::bridge::{WorldMut, WorldRef};
 use crate::compile::Compiled;
 use crate::contact::Detection;
 use crate::field::{FieldSet, Span};
-use crate::integrate::{MotionRules, StepContext, farthest};
+use crate::integrate::{Caps, MotionRules, StepContext};
 use crate::math::{Real, RigidBodyHandle};
 use crate::rapier::dynamics::IntegrationParameters;
 use crate::rigid::{Body, BodySet};
@@ -94,8 +94,7 @@ impl StepScene {
                 exact_turns: self.exact_turns(fields),
                 iterations: iterations(parameters),
                 gravity: world.gravity,
-                max_speed: parameters.max_linear_velocity(),
-                farthest: farthest(parameters),
+                caps: Caps::new(parameters),
                 links: &self.links,
                 held: &self.held,
                 reactions: None,

@@ -48,6 +48,7 @@ mod explain;
 mod expressions;
 mod far_away;
 mod far_fields;
+mod fast_turns;
 mod faults;
 mod figure_4;
 mod force_lifetime;

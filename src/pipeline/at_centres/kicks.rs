@@ -5,7 +5,7 @@ use super::block::{BodyBlock, Kicked, Special};
 use super::pass::{Done, Pass, Rules};
 use crate::eval::in_lane;
 use crate::integrate::{
-    Caps, Completion, FASTEST, Load, Scheme, SpunUpdate, VelocityUpdate, complete,
+    Completion, FASTEST, Load, Scheme, SpunUpdate, VelocityUpdate, complete,
     kicked as plainly_kicked,
 };
 use crate::math::{DVec3, RigidBodyHandle, Vector};
@@ -129,11 +129,7 @@ impl Pass<'_> {
 
     /// Warns if Rapier will limit a velocity, or if a body is too far from the origin.
     fn warn_of_cap(&mut self, body: RigidBodyHandle, linvel: Vector) {
-        let caps = Caps {
-            speed: self.parameters.max_linear_velocity(),
-            farthest: self.farthest,
-            dt: self.half.dt,
-        };
+        let caps = self.caps;
         self.warnings.extend(caps.of_speed(body, linvel.length()));
         let place = self.visit.body(body).map(|it| it.translation());
         self.warnings

@@ -5,12 +5,12 @@ use crate::bridge::{self, Visit, Walk};
 use crate::compile::{AtCentres, Compiled};
 use crate::eval::{CentreEvaluator, TOGETHER, in_lane};
 use crate::integrate::{
-    Before, Completion, Edges, Evaluation, FASTEST, FreeMotion, Motions, Scheme, SpinRules, Spins,
-    StepWarning, stiff_from,
+    Before, Caps, Completion, Edges, Evaluation, FASTEST, FreeMotion, Motions, Scheme, SpinRules,
+    Spins, StepWarning, stiff_from,
 };
 use crate::math::{Real, RigidBodyHandle, Vector, from_f64};
 use crate::number::{each_lane, lanes_of};
-use crate::rapier::dynamics::{IntegrationParameters, RigidBody};
+use crate::rapier::dynamics::RigidBody;
 use crate::rigid::{
     Body, BodySet, PartsMark, Wrench, drowsy, find_next, find_next_place, is_sound,
 };
@@ -64,9 +64,7 @@ pub(super) struct Pass<'a> {
     pub last: Option<&'a Evaluation>,
     pub half: &'a HalfStep<'a>,
     pub gravity: Vector,
-    pub parameters: &'a IntegrationParameters,
-    /// The coordinate beyond which steps may warn of coarse positions.
-    pub farthest: Real,
+    pub caps: Caps,
     /// Solver iterations of Rapier's step.
     pub iterations: u32,
     pub spins: &'a mut Spins,
@@ -103,7 +101,7 @@ impl Pass<'_> {
                 duration: self.half.duration(),
                 slows: self.compiled.reads_velocity,
                 first: self.half.first.is_none(),
-                cap: self.parameters.max_linear_velocity(),
+                cap: self.caps.speed,
             },
             twice: self.half.scheme.kicks_twice(),
             places: Places::default(),
@@ -192,7 +190,7 @@ impl Pass<'_> {
         block: &mut BodyBlock,
     ) {
         let bit = 1 << block.seen.count;
-        if body.translation().abs().max_element() > self.farthest {
+        if body.translation().abs().max_element() > self.caps.farthest {
             block.far |= bit;
         }
         let before = match &self.half.first {
