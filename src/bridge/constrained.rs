@@ -133,13 +133,11 @@ impl<'a> Constraints<'a> {
         bodies.filter(is_pushed).for_each(|it| pushed.insert(it));
     }
 
-    /// Adds the bodies that enabled impulse joints hold. Links of multibodies are not added, because the motion of all
+    /// The bodies that enabled impulse joints hold. Links of multibodies are not among them, because the motion of all
     /// links is computed together.
-    pub(crate) fn add_jointed(&self, held: &mut BodySet) {
-        for (_, joint) in self.joints.iter().filter(|it| it.1.data.is_enabled()) {
-            held.insert(joint.body1());
-            held.insert(joint.body2());
-        }
+    pub(crate) fn jointed(self) -> impl Iterator<Item = RigidBodyHandle> {
+        let enabled = self.joints.iter().filter(|it| it.1.data.is_enabled());
+        enabled.flat_map(|(_, joint)| [joint.body1(), joint.body2()])
     }
 }
 

@@ -1,6 +1,5 @@
 //! The contacts that fields claim from Rapier, and the colliders that have hook bits for that.
 
-use super::jointed::Joints;
 use super::laws::LawTable;
 use super::rules::{Pairs, in_order};
 use super::starts::Starts;
@@ -132,24 +131,33 @@ impl Claims {
         }
     }
 
-    /// Finds the bodies with joints.
-    pub(crate) fn find_jointed(&mut self, joints: Joints<'_>, world: &impl Lookup) {
-        self.jointed.links.clear();
-        self.jointed.others.clear();
-        let moves = |body: RigidBodyHandle| world.body(body).is_some_and(RigidBody::is_dynamic);
-        for body in joints.links().filter(|body| moves(*body)) {
-            self.jointed.links.insert(body);
-        }
-        for body in joints.jointed().filter(|body| moves(*body)) {
-            self.jointed.others.insert(body);
-        }
+    /// Takes over the links of multibodies, and the bodies with impulse joints, as far as they are dynamic.
+    pub(crate) fn set_jointed(
+        &mut self,
+        links: impl Iterator<Item = RigidBodyHandle>,
+        others: impl Iterator<Item = RigidBodyHandle>,
+        world: &impl Lookup,
+    ) {
+        let moves = |body: &RigidBodyHandle| world.body(*body).is_some_and(RigidBody::is_dynamic);
+        let JointedBodies {
+            links: known_links,
+            others: known_others,
+        } = &mut self.jointed;
+        known_links.clear();
+        known_others.clear();
+        links
+            .filter(moves)
+            .for_each(|body| known_links.insert(body));
+        others
+            .filter(moves)
+            .for_each(|body| known_others.insert(body));
     }
 
     /// Returns true if Rapier's solver answers the contacts of two bodies that fields claim by a law, because joints
     /// decide how one of them moves after an impact. This holds for links of multibodies, whose velocities Rapier
     /// computes from their joints, under any law and without claims; for other bodies with joints if the law loses
     /// speed. Under one that does not, the solver would lose it: of five pendulums in a row, it lifts the last one to
-    /// an eighth.
+    /// 0.28 of the height, and fields to 0.95.
     pub(crate) fn leaves_to_solver(
         &self,
         law: Option<ContactLaw>,

@@ -21,19 +21,6 @@ impl Joints<'_> {
         joints.any(|(_, joint)| !joint.data.contacts_enabled) || self.in_one_multibody(one, two)
     }
 
-    /// The links of all multibodies.
-    pub(super) fn links(&self) -> impl Iterator<Item = RigidBodyHandle> {
-        let multibodies = self.multibody.multibodies();
-        multibodies.flat_map(|it| it.links().map(|link| link.rigid_body_handle()))
-    }
-
-    /// The two bodies of each enabled impulse joint.
-    pub(super) fn jointed(&self) -> impl Iterator<Item = RigidBodyHandle> {
-        let joints = self.impulse.iter().map(|it| it.1);
-        let enabled = joints.filter(|joint| joint.data.is_enabled());
-        enabled.flat_map(|joint| [joint.body1(), joint.body2()])
-    }
-
     fn in_one_multibody(&self, one: RigidBodyHandle, two: RigidBodyHandle) -> bool {
         let link = |body| self.multibody.rigid_body_link(body);
         let Some((one_link, two_link)) = link(one).zip(link(two)) else {

@@ -19,7 +19,10 @@ pub enum Detection {
     /// Over the whole of each step: the first touch of each pair, its time and place, with the rotation of bodies
     /// included. Each contact is answered at the moment it happens: its bodies are taken back to it, pushed by their
     /// law, and move on freely for the rest of the step. So a body may bounce several times in one step, in the right
-    /// order, without tunnelling.
+    /// order. Once two parts rest on each other, further touches of the two in the same step are not found: another
+    /// corner of a body that turns on, or the next face of a mesh on which it slides, overlaps at the end of the step.
+    /// Bodies that turn by more than an eighth of a turn in a step, which Rapier allows only on request
+    /// (`RigidBody::set_allow_fast_rotation`), or slide by more than their size, may pass.
     ///
     /// Two balls, and a ball and a half-space that does not turn, are exact, to some roundings in 64 bits. Other shapes
     /// are found by Parry's distance, in time to some roundings of their size (in [`Real`](crate::math::Real)) divided
@@ -67,9 +70,9 @@ pub enum Responder {
     /// second, [`ContactDeepens`](crate::StepWarning::ContactDeepens) warns if the overlap exceeds 4 h. Springs
     /// ([`Penalty`](crate::ContactLaw::Penalty)) hold resting bodies themselves.
     ///
-    /// Joints decide how their bodies move after an impact, so Rapier's solver answers all contacts of bodies with
-    /// impulse joints under an [`Impulse`](crate::ContactLaw::Impulse) that loses speed, with its friction and
-    /// restitution, and all contacts of links of multibodies under any law.
+    /// Joints decide how their bodies move after an impact, so Rapier's solver answers all contacts of dynamic bodies
+    /// with impulse joints under an [`Impulse`](crate::ContactLaw::Impulse) that loses speed, and of dynamic links of
+    /// multibodies under any law: with the friction and restitution of an `Impulse`, else with those of the colliders.
     ///
     /// Impacts that happen at once are answered together (see [`Impulse`](crate::ContactLaw::Impulse)): of a row of
     /// touching balls that is hit, all move on, where one after the other only the last would.

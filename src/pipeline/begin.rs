@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use super::contacts::joints;
 use super::due::Due;
 use super::faults::answering;
 use super::scene::{Now, moment};
@@ -100,7 +99,9 @@ impl FieldPipeline {
             self.note_kicks(fields, state.evaluation.as_ref(), &world);
         }
         if detects {
-            Arc::make_mut(&mut self.claims).find_jointed(joints(&world), &world.view());
+            let (links, others) = (&self.scene.links, Constraints::new(&world).jointed());
+            let claims = Arc::make_mut(&mut self.claims);
+            claims.set_jointed(links.iter().copied(), others, &world.view());
         }
         self.listen(fields, state, &mut world);
         let released = self.release(state, &world);

@@ -74,7 +74,8 @@ impl FieldPipeline {
                 }
             }
             self.scene.held.clone_from(&self.pushed);
-            constraints.add_jointed(&mut self.scene.held);
+            let held = &mut self.scene.held;
+            constraints.jointed().for_each(|body| held.insert(body));
         }
     }
 

@@ -1,9 +1,11 @@
 //! Impacts that turn bodies faster than Rapier allows.
 
+use rapier3d_fields::math::Real;
 use rapier3d_fields::prelude::*;
 use rapier3d_fields::{Detection, StepWarning};
 
-/// A rod that hits a ball with its end at 30 m/s rotates at 90 rad/s then, which Rapier reduces to 47.
+/// A rod that hits a ball with its end at 30 m/s rotates at 2 · 30 m/s · r / (k² + r²) = 89.8 rad/s then, with
+/// r = 0.5 m and k² = (1² + 0.1²) / 12 m²; Rapier reduces that to 47.
 #[test]
 fn an_impact_that_turns_a_body_faster_than_rapier_allows_is_warned_of() {
     for (allowed, detection) in [
@@ -28,11 +30,14 @@ fn an_impact_that_turns_a_body_faster_than_rapier_allows_is_warned_of() {
             fields.step(&mut world).expect("a step");
             warned.extend_from_slice(fields.warnings());
         }
-        let is_it = |it: &StepWarning| matches!(it, StepWarning::RotationCapped { body, speed, .. } if *body == rod && *speed > 60.0);
-        assert_eq!(
-            warned.iter().any(is_it),
-            !allowed,
-            "{detection:?}: {warned:?}"
-        );
+        let speeds = warned.iter().filter_map(|it| match it {
+            StepWarning::RotationCapped { body, speed, .. } if *body == rod => Some(*speed),
+            _ => None,
+        });
+        let fastest = speeds.fold(0.0, Real::max);
+        let due = if allowed { 0.0 } else { 89.8 };
+        // Discrete detection answers an overlap, which is not at the very end of the rod.
+        let error = (fastest - due).abs();
+        assert!(error < 2.0, "{detection:?}: {fastest}, {warned:?}");
     }
 }

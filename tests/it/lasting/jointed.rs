@@ -103,8 +103,12 @@ fn chains_that_fall_on_a_floor_gain_no_energy() {
 }
 
 /// The height to which two joined balls rise again after they have fallen side by side.
-fn rebound(link: Link, way: Way, collider: Stuff, law: f64) -> Real {
-    let mut scene = Scene::new(collider, 240);
+fn rebound(link: Link, way: Way) -> Real {
+    let dead = Stuff {
+        restitution: 0.0,
+        friction: 0.5,
+    };
+    let mut scene = Scene::new(dead, 240);
     scene.floor();
     for x in [-0.5, 0.5] {
         let body = RigidBodyBuilder::dynamic().translation(Vector::new(x, 2.0, 0.0));
@@ -120,7 +124,7 @@ fn rebound(link: Link, way: Way, collider: Stuff, law: f64) -> Real {
             (scene.world).insert_multibody_joint(scene.bodies[0], scene.bodies[1], joint);
         }
     }
-    scene.stuff.restitution = law;
+    scene.stuff.restitution = 0.5;
     let mut fields = scene.fields(way, None);
     let (mut highest, mut last) = (0.0, Real::INFINITY);
     let mut falls = true;
@@ -134,51 +138,81 @@ fn rebound(link: Link, way: Way, collider: Stuff, law: f64) -> Real {
     highest
 }
 
-/// Rapier's solver answers these contacts, by the restitution of the law and not by that of the colliders.
+/// Rapier's solver answers these contacts, by the restitution of the law and not by that of the colliders, which is zero.
+/// A fall of 1.5 m ends in a rebound of a quarter of that. With Rapier alone and that restitution, links rise by 0.40 m.
 #[test]
 fn jointed_bodies_rebound_by_the_restitution_of_the_law() {
-    let stuff = |restitution| Stuff {
-        restitution,
-        friction: 0.5,
-    };
-    let due = 1.5 * 0.25;
     for link in LINKS {
         for way in FIELDS {
-            let height = rebound(link, way, stuff(0.0), 0.5);
-            assert!((height - due).abs() < 0.03, "{link:?}, {way:?}: {height}");
+            let height = rebound(link, way);
+            assert!(
+                (height - 0.375).abs() < 0.025,
+                "{link:?}, {way:?}: {height}"
+            );
         }
     }
 }
 
-/// Five pendulums side by side, of which the first one falls: under a law that loses no speed fields answer them, and
-/// the last one rises as high. With Rapier's solver it rises to an eighth.
+/// Whole steps and steps by their halves, with hooks and events of Rapier's own pipeline, are the same.
 #[test]
-fn the_last_of_five_pendulums_rises_as_high_as_the_first() {
+fn chains_fall_alike_by_both_routes() {
+    let stuff = Stuff {
+        restitution: 0.5,
+        friction: 0.5,
+    };
+    for link in LINKS {
+        for way in FIELDS {
+            let [mut whole, mut halves] = [(); 2].map(|()| chains(1, link, stuff));
+            let [mut fields, mut by_halves] = [&whole, &halves].map(|it| it.fields(way, None));
+            for _ in 0..120 {
+                fields.step(&mut whole.world).expect("a step");
+                let world = &mut halves.world;
+                let open = by_halves
+                    .begin(WorldMut::from(&mut *world))
+                    .expect("a step");
+                world.step_with_events(&open.hooks(&()), &());
+                by_halves
+                    .finish(open, WorldMut::from(world))
+                    .expect("a step");
+            }
+            assert_eq!(whole.places(), halves.places(), "{link:?}, {way:?}");
+        }
+    }
+}
+
+/// The height to which the last of five pendulums side by side rises after the first one has fallen, as a share of the
+/// height from which it fell.
+fn last_of_five(way: Way) -> Real {
     let stuff = Stuff {
         restitution: 1.0,
         friction: 0.0,
     };
     let mut scene = Scene::new(stuff, 240);
     let post = scene.world.insert_body(RigidBodyBuilder::fixed());
-    let (sin, cos) = Real::sin_cos(0.8);
-    for (number, [sin, cos]) in [[sin, cos], [0.0, 1.0], [0.0, 1.0], [0.0, 1.0], [0.0, 1.0]]
-        .into_iter()
-        .enumerate()
-    {
-        let x = -0.4 * number as Real;
-        let body = RigidBodyBuilder::dynamic().translation(Vector::new(x + sin, -cos, 0.0));
+    for number in 0..5_u8 {
+        let angle: Real = if number == 0 { 0.8 } else { 0.0 };
+        let arm = Vector::new(angle.sin(), -angle.cos(), 0.0);
+        let hook = Vector::X * (-0.4 * Real::from(number));
+        let body = RigidBodyBuilder::dynamic().translation(hook + arm);
         scene.add(body, ColliderBuilder::ball(0.2));
-        let joint = SphericalJointBuilder::new().local_anchor1(Vector::X * x);
-        let joint = joint.local_anchor2(Vector::new(-sin, cos, 0.0));
-        let body = scene.bodies[number];
-        scene.world.insert_impulse_joint(post, body, joint);
+        let joint = SphericalJointBuilder::new().local_anchor1(hook);
+        let body = scene.bodies[usize::from(number)];
+        (scene.world).insert_impulse_joint(post, body, joint.local_anchor2(-arm));
     }
-    let mut fields = scene.fields(Way::Swept, None);
-    let mut highest: Real = 0.0;
-    for _ in 0..240 {
+    let start = scene.places()[0].y + 1.0;
+    let mut fields = scene.fields(way, None);
+    let heights = (0..240).map(|_| {
         fields.step(&mut scene.world).expect("a step");
-        highest = highest.max(scene.places()[4].y + 1.0);
-    }
-    let start = 1.0 - cos;
-    assert!(highest > 0.9 * start, "{highest} of {start}");
+        scene.places()[4].y + 1.0
+    });
+    heights.fold(0.0, Real::max) / start
+}
+
+/// Under a law that loses no speed fields answer bodies with joints. Rapier's solver lifts the last one to 0.28 of the
+/// height; fields to 0.95.
+#[test]
+fn the_last_of_five_pendulums_rises_as_high_as_the_first() {
+    let (height, solved) = (last_of_five(Way::Swept), last_of_five(Way::Rapier));
+    assert!(height > 0.9, "{height}");
+    assert!(solved < 0.5, "the solver does so, too: {solved}");
 }
