@@ -19,6 +19,10 @@ const SAMPLES: f64 = 4096.0;
 const DEAR_ITERATIONS: usize = 32;
 const DEAR_SAMPLES: f64 = 64.0;
 
+/// Whether overlapping parts approach shows by the change of the gap in the time in which it may change by this many
+/// tolerances.
+const CLEARLY: f64 = 8.0;
+
 /// Halvings of the interval in which the sign changes.
 const BISECTIONS: u32 = 60;
 
@@ -89,24 +93,36 @@ fn free_stretch(seen: &GapBound) -> Option<f64> {
 }
 
 /// As [`first_touch`], for a gap of which only the value and the maximal closing speed are known. Advances by gap /
-/// speed until the gap is at most `tolerance`.
+/// speed until the gap is at most `tolerance`. Samples are not farther apart than `thin` / speed, up to a limit, so that
+/// what is thicker does not pass between two.
 pub(super) fn first_touch_of_distance(
     [from, to]: [f64; 2],
     tolerance: f64,
     speed: f64,
+    thin: f64,
     gap: impl Fn(f64) -> Option<f64>,
 ) -> Option<f64> {
     if speed <= 0.0 {
         return None;
     }
-    let floor = (to - from) / DEAR_SAMPLES;
+    let floor = (to - from) / ((to - from) * speed / thin).clamp(DEAR_SAMPLES, SAMPLES);
     let (mut time, mut last, mut looks) = (from, None, 0);
     while time <= to {
-        // `None` means that the gap cannot close within the span.
-        let seen = gap(time)?;
+        let seen = match gap(time) {
+            Some(seen) => seen,
+            // The gap cannot close within the span.
+            None if last.is_none() => return None,
+            // Parry did not find the gap, though it was small a moment before.
+            None if time + floor > time => {
+                time += floor;
+                continue;
+            }
+            None => return None,
+        };
         if seen <= tolerance {
             let before: f64 = last.unwrap_or(time);
-            let soon = (time + (to - from) / SAMPLES).min(to);
+            let ahead = f64::max(CLEARLY * tolerance / speed, (to - from) / SAMPLES);
+            let soon = (time + ahead).min(to);
             let closing = last.is_some() || gap(soon).is_none_or(|g| g < seen);
             if closing {
                 return Some(if seen < 0.0 {
@@ -216,11 +232,16 @@ mod tests {
     #[test]
     fn a_touch_is_found_from_distances_alone() {
         let fall = |t: f64| Some(1.0 - t * t);
-        let found = first_touch_of_distance([0.0, 2.0], 1e-9, 4.0, fall).expect("a root");
+        let found = first_touch_of_distance([0.0, 2.0], 1e-9, 4.0, 1.0, fall).expect("a root");
         assert!((found - 1.0).abs() < 1e-9, "{found}");
-        assert!(first_touch_of_distance([0.0, 2.0], 1e-9, 4.0, |_| None).is_none());
-        assert!(first_touch_of_distance([0.0, 2.0], 1e-9, 1.0, |t| Some(t - 0.1)).is_none());
-        let still = |span| first_touch_of_distance(span, 1e-9, f64::INFINITY, |_| Some(0.1));
+        assert!(first_touch_of_distance([0.0, 2.0], 1e-9, 4.0, 1.0, |_| None).is_none());
+        assert!(first_touch_of_distance([0.0, 2.0], 1e-9, 1.0, 1.0, |t| Some(t - 0.1)).is_none());
+        let lost = |t: f64| fall(t).filter(|gap| gap.abs() > 0.01);
+        let found = first_touch_of_distance([0.0, 2.0], 1e-9, 4.0, 1.0, lost).expect("a root");
+        assert!((found - 1.0).abs() < 0.01, "found again behind it: {found}");
+        let gone = |t: f64| (t == 0.0).then_some(1.0);
+        assert!(first_touch_of_distance([0.0, 2.0], 1e-9, 4.0, 1.0, gone).is_none());
+        let still = |span| first_touch_of_distance(span, 1e-9, f64::INFINITY, 1.0, |_| Some(0.1));
         assert!(still([0.0, 0.0]).is_none() && still([1.0, 2.0]).is_none());
     }
 }

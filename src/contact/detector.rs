@@ -54,6 +54,8 @@ pub(crate) struct SweptStep<'a, A> {
     pub answers: A,
     /// The decisions of the hooks on claimed pairs during Rapier's step.
     pub verdicts: &'a Verdicts,
+    /// The pairs that Rapier answers until they separate.
+    pub given: &'a Pairs,
     /// See [`FieldSettings::swept_work`](crate::pipeline::FieldSettings::swept_work).
     pub work: u32,
 }
@@ -123,6 +125,7 @@ impl Detector {
             starts: &self.starts,
             answers: &step.answers,
             verdicts: step.verdicts,
+            given: step.given,
             work: step.work,
         };
         let dt = to_f64(step.dt);

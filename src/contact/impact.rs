@@ -15,6 +15,16 @@ use crate::field::ContactLaw;
 use crate::math::{DVec3, Real, from_dvec3, from_f64, to_f64};
 use crate::rigid::Lookup;
 
+/// A touch that is answered.
+struct AnsweredTouch<'a> {
+    contact: FieldContact,
+    event: &'a Event,
+    /// The points at which the parts touch; the first one is the deepest.
+    spots: Vec<ContactPoint>,
+    /// The range of its points in the list of all that are answered together.
+    meetings: std::ops::Range<usize>,
+}
+
 impl Sweep {
     /// Answers the touches of one moment, and puts the bodies that were hit on new paths.
     pub(super) fn happen(
@@ -69,7 +79,9 @@ impl Sweep {
                 .map(|meeting: &Meeting| meeting.approach(&movers));
             let approach = approach.fold(f64::NEG_INFINITY, f64::max);
             contact.approach_speed = from_f64(approach);
-            if let Some(mut log) = self.log.take() {
+            let again =
+                self.resting.contains_key(&event.parts) || self.is_held(event.tracks, event.parts);
+            if let Some(mut log) = self.log.take_if(|_| !again) {
                 let carried = self.carried(event.tracks, event.parts);
                 log.push(TouchRecord::of(carried, &contact, time));
                 self.log = Some(log);
@@ -79,36 +91,62 @@ impl Sweep {
                 self.settled.insert(event.parts);
             } else if approach <= own[0].slow {
                 // A contact below the resting threshold is held by Rapier, unless it was fast when Rapier's step began.
-                self.settled.insert(event.parts);
+                self.rest(event, spots.clone(), world);
                 let falls = scene.verdicts.lifted.contains(&contact.colliders);
                 own.iter_mut()
                     .for_each(|meeting| meeting.lay_down(falls, &mut movers));
             } else if self.rests(&own[0], &movers, &spots[0], dt) {
-                // The contact is answered once more and then left alone, so that an endless series of bounces ends.
-                self.settled.insert(event.parts);
-            }
-            if matches!(law, ContactLaw::Impulse { restitution, .. } if restitution < 1.0) {
-                self.count(event.parts, time, dt);
+                // The contact is answered once more and then rests, so that an endless series of bounces ends.
+                self.rest(event, spots.clone(), world);
             }
             own.iter_mut().for_each(|meeting| meeting.depth = 0.0);
-            found.push((contact, event.parts, first..meetings.len()));
+            found.push(AnsweredTouch {
+                contact,
+                event,
+                spots,
+                meetings: first..meetings.len(),
+            });
         }
         resolve(&mut movers, &mut meetings, 0.0);
-        for (contact, parts, own) in &mut found {
-            let own = &meetings[own.clone()];
-            own.iter()
-                .for_each(|meeting| contact.add_impulses(meeting.impulses));
-            if own.iter().any(|meeting| meeting.failed) {
-                self.not_finite.push(contact.colliders);
-            }
-            let approach =
-                |meeting: &Meeting| meeting.approach(&movers) > meeting.rounding(&movers);
-            if !contact.is_answered() || own.iter().any(approach) {
-                self.settled.insert(*parts);
-            }
+        for touch in &mut found {
+            self.close(touch, &meetings, &movers, world);
         }
-        contacts.extend(found.into_iter().map(|(contact, ..)| contact));
+        contacts.extend(found.into_iter().map(|touch| touch.contact));
         self.go_on(&numbers, &movers, batch, world);
+    }
+
+    /// Notes the answer to a touch, and whether its parts rest on each other or may meet endlessly.
+    fn close(
+        &mut self,
+        touch: &mut AnsweredTouch<'_>,
+        meetings: &[Meeting],
+        movers: &[ContactBody],
+        world: &SweptWorld<'_, impl Lookup>,
+    ) {
+        let (event, contact) = (touch.event, &mut touch.contact);
+        let own = &meetings[touch.meetings.clone()];
+        own.iter()
+            .for_each(|meeting| contact.add_impulses(meeting.impulses));
+        if own.iter().any(|meeting| meeting.failed) {
+            self.not_finite.push(contact.colliders);
+        }
+        if !contact.is_answered() && !self.resting.contains_key(&event.parts) {
+            self.settled.insert(event.parts);
+        }
+        let approaches = own
+            .iter()
+            .map(|it| (it.approach(movers), it.rounding(movers)));
+        let approaches = approaches.filter(|(approach, rounding)| approach > rounding);
+        let left = approaches.map(|(approach, _)| approach).fold(0.0, f64::max);
+        // The solver leaves approaches below the resting threshold. Faster ones are answered again, up to a limit.
+        let slow = own[0].slow;
+        if left > 0.0 && left <= slow {
+            self.rest(event, std::mem::take(&mut touch.spots), world);
+        }
+        let loses_speed = !own.iter().all(|meeting| meeting.law.keeps_speed());
+        if loses_speed || left > slow {
+            self.count(event.parts, event.time, world.dt);
+        }
     }
 
     /// The contact of an event as it is reported; `None` if no detection field acts there.
@@ -183,7 +221,8 @@ impl Sweep {
         };
         // A spring pushes from the end of the step on, when there is an overlap.
         let later = matches!(contact.law, ContactLaw::Penalty { .. });
-        let law = if later || !(scene.answers)(contact) {
+        let given = !self.is_hit(event.tracks) && scene.given.contains(&contact.colliders);
+        let law = if later || given || !(scene.answers)(contact) {
             ContactLaw::Observe
         } else {
             contact.law
@@ -235,6 +274,7 @@ impl Sweep {
                 known.1 = bounds;
             }
         }
+        self.disturb(&pushed, batch);
         let mut pairs = Vec::new();
         for number in &pushed {
             self.neighbours(

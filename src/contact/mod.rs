@@ -11,6 +11,7 @@ mod capability;
 mod claims;
 mod conservative_advancement;
 mod contact_body;
+mod deeper;
 mod detector;
 mod discrete;
 mod event;

@@ -19,10 +19,11 @@ pub enum Detection {
     /// Over the whole of each step: the first touch of each pair, its time and place, with the rotation of bodies
     /// included. Each contact is answered at the moment it happens: its bodies are taken back to it, pushed by their
     /// law, and move on freely for the rest of the step. So a body may bounce several times in one step, in the right
-    /// order. Once two parts rest on each other, further touches of the two in the same step are not found: another
-    /// corner of a body that turns on, or the next face of a mesh on which it slides, overlaps at the end of the step.
-    /// Bodies that turn by more than an eighth of a turn in a step, which Rapier allows only on request
-    /// (`RigidBody::set_allow_fast_rotation`), or slide by more than their size, may pass.
+    /// order. Parts that rest on each other touch again once they overlap deeper than rest explains: by another corner
+    /// of a body that turns on, by the next face of a mesh on which it slides, or by the blow of a third body. Rest
+    /// explains the way of a step at the speed below which contacts rest, and Rapier's allowed linear error, but no more
+    /// than an eighth of the thickness of the thinner part. Of a mesh, the deepest overlap with a part counts: one by half
+    /// of the part's thickness when the step begins hides others.
     ///
     /// Two balls, and a ball and a half-space that does not turn, are exact, to some roundings in 64 bits. Other shapes
     /// are found by Parry's distance, in time to some roundings of their size (in [`Real`](crate::math::Real)) divided

@@ -14,6 +14,7 @@ use super::hooks::Verdicts;
 use super::near_pairs::{NearPairs, Place};
 use super::rules::{Pairs, in_order};
 use super::separation::Separations;
+use super::solve::ContactPoint;
 use super::starts::Starts;
 use super::swept_body::{SweptWorld, near_each_other};
 use super::swept_parts::SweptBodies;
@@ -33,8 +34,8 @@ const FEW_PARTS: u64 = 20;
 /// Touches closer in time than this share of the step happen at once, because rounding decides which is first.
 const AT_ONCE: f64 = 1e-12;
 
-/// A pair of parts that loses speed and meets more often than this in one step would meet endlessly. From then on it
-/// is left alone for `dt` / [`LOOKS`] after each impact.
+/// A pair of parts that loses speed, or approaches after its answer, and meets more often than this in one step would
+/// meet endlessly. From then on it is left alone for `dt` / [`LOOKS`] after each impact.
 const LASTING: u32 = 32;
 const LOOKS: f64 = 64.0;
 
@@ -42,14 +43,16 @@ const LOOKS: f64 = 64.0;
 #[derive(Debug, Default)]
 pub(super) struct Sweep {
     pub(super) tracks: SweptBodies,
-    /// Pairs that Rapier held at rest. They are skipped unless one of the bodies was hit in this step.
+    /// Pairs that Rapier held at rest. Until one of the bodies is hit in this step, they rest.
     held: Pairs,
     separations: Separations,
     /// By time. The new touch of a pair replaces a void one at the same time.
     queue: BTreeMap<(u64, [usize; 2]), Event>,
-    /// Pairs of parts, by index, that need no more answers in this step: only observed, or at rest.
+    /// Pairs of parts, by index, that need no more answers in this step.
     pub(super) settled: HashSet<[usize; 2]>,
-    /// For pairs of parts that lose speed when they meet: the number of impacts, and the time until which they are left
+    /// Pairs of parts that came to rest on each other within the step.
+    pub(super) resting: HashMap<[usize; 2], Rest>,
+    /// For pairs of parts that may meet endlessly: the number of impacts, and the time until which they are left
     /// alone.
     pub(super) lasting: HashMap<[usize; 2], (u32, f64)>,
     /// Pairs of bodies that may meet, by the bounds of the motion predicted at the start of the step.
@@ -82,6 +85,18 @@ impl Event {
     }
 }
 
+/// Two parts at rest.
+#[derive(Clone, Debug)]
+pub(super) struct Rest {
+    pub tracks: [usize; 2],
+    /// The points at which they touched when they came to rest; the first one is the deepest.
+    pub spots: Vec<ContactPoint>,
+    /// The resting threshold.
+    pub slow: f64,
+    /// The further depth that rest explains.
+    pub bearable: f64,
+}
+
 /// The inputs of a sweep.
 pub(super) struct SweepScene<'a> {
     /// The detection fields, and the moment at which the step began.
@@ -92,6 +107,9 @@ pub(super) struct SweepScene<'a> {
     pub answers: &'a dyn Fn(&FieldContact) -> bool,
     /// The decisions of the hooks on claimed pairs during Rapier's step.
     pub verdicts: &'a Verdicts,
+    /// The pairs that Rapier answers until they separate; it has made its step before an impact puts a body of theirs on
+    /// another path.
+    pub given: &'a Pairs,
     /// See [`FieldSettings::swept_work`](crate::pipeline::FieldSettings::swept_work).
     pub work: u32,
 }
@@ -125,7 +143,7 @@ impl Sweep {
         // The first prediction is not counted: it takes as long as there are pairs that may meet.
         self.work = 0;
         let most = u64::from(scene.work) * (FEW_PARTS + self.tracks.parts.len() as u64);
-        while let Some(batch) = self.next_batch(dt) {
+        while let Some(batch) = self.next_batch(world) {
             if self.work >= most {
                 self.hold(&batch, world);
                 continue;
@@ -158,6 +176,7 @@ impl Sweep {
     fn clear(&mut self) {
         self.queue.clear();
         self.settled.clear();
+        self.resting.clear();
         self.lasting.clear();
         self.redirected.clear();
         if let Some(log) = &mut self.log {
@@ -203,7 +222,7 @@ impl Sweep {
         let near = |(_, [one, two]): &(_, [MovingShape<'_>; 2])| {
             !one.stands_clear_of(&bounds[1]) && !two.stands_clear_of(&bounds[0])
         };
-        if !self.pairs_of(tracks).any(|pair| near(&pair)) {
+        if !self.pairs_of(tracks, world.dt).any(|pair| near(&pair)) {
             return;
         }
         for number in tracks {
@@ -216,12 +235,13 @@ impl Sweep {
         let (mut first, mut end) = (None, span[1]);
         let looks = Cell::new(0);
         let mut separations = std::mem::take(&mut self.separations);
-        for (parts, [one, two]) in self.pairs_of(tracks).filter(near) {
+        for (parts, [one, two]) in self.pairs_of(tracks, world.dt).filter(near) {
             let from = span[0].max(self.left_alone_until(parts));
             looks.set(looks.get() + 1);
             if from <= end
+                && let Some(depth) = self.depth_of_touch(tracks, parts, [from, end], world, &looks)
                 && may_touch([one, two], [from, end], &mut separations)
-                && let Some(time) = time_of_impact([one, two], [from, end], &looks)
+                && let Some(time) = time_of_impact([one, two], depth, [from, end], &looks)
                 && first.is_none_or(|(earliest, _)| time < earliest)
             {
                 first = Some((time, parts));
@@ -243,7 +263,7 @@ impl Sweep {
     }
 
     /// Takes the earliest touches, which happen at once, out of the queue.
-    fn next_batch(&mut self, dt: f64) -> Option<Vec<Event>> {
+    fn next_batch(&mut self, world: &SweptWorld<'_, impl Lookup>) -> Option<Vec<Event>> {
         let mut batch: Vec<Event> = Vec::new();
         while let Some((_, &event)) = self.queue.first_key_value() {
             let stands = |which: usize| {
@@ -252,25 +272,34 @@ impl Sweep {
             };
             let valid = stands(0) && stands(1);
             let first = batch.first().map_or(event.time, |first| first.time);
-            if valid && event.time > first + AT_ONCE * dt {
+            if valid && event.time > first + AT_ONCE * world.dt {
                 break;
             }
             self.queue.pop_first();
             if valid {
                 batch.push(event);
-                self.work += self.add_twins(event, &mut batch, dt);
+                self.work += self.add_twins(event, &mut batch, world);
             }
         }
         (!batch.is_empty()).then_some(batch)
     }
 
     /// Adds other parts of the same two bodies that touch at the same moment. Returns its work.
-    fn add_twins(&self, event: Event, batch: &mut Vec<Event>, dt: f64) -> u64 {
+    fn add_twins(
+        &self,
+        event: Event,
+        batch: &mut Vec<Event>,
+        world: &SweptWorld<'_, impl Lookup>,
+    ) -> u64 {
         let looks = Cell::new(0);
-        for (parts, [one, two]) in self.pairs_of(event.tracks) {
-            let span = [event.time, event.time + AT_ONCE * dt];
+        let span = [event.time, event.time + AT_ONCE * world.dt];
+        for (parts, pair) in self.pairs_of(event.tracks, world.dt) {
             let due = self.left_alone_until(parts) <= event.time;
-            if due && parts != event.parts && time_of_impact([one, two], span, &looks).is_some() {
+            if due
+                && parts != event.parts
+                && let Some(depth) = self.depth_of_touch(event.tracks, parts, span, world, &looks)
+                && time_of_impact(pair, depth, span, &looks).is_some()
+            {
                 batch.push(Event { parts, ..event });
             }
         }
@@ -281,33 +310,39 @@ impl Sweep {
     fn pairs_of(
         &self,
         tracks: [usize; 2],
+        dt: f64,
     ) -> impl Iterator<Item = ([usize; 2], [MovingShape<'_>; 2])> {
         let [a, b] = tracks.map(|number| self.tracks.list[number].parts.clone());
         let pairs = a.flat_map(move |i| b.clone().map(move |j| [i, j]));
-        let hit = tracks
-            .iter()
-            .any(|number| self.tracks.list[*number].generation > 0);
         let wanted = move |parts: &[usize; 2]| {
             let both = parts.map(|part| &self.tracks.parts[part].part);
             let detects = both.iter().any(|part| part.law.is_some());
-            let held = || {
-                self.held
-                    .contains(&in_order(both.map(|part| part.collider)))
-            };
             detects
                 && both[0].may_touch(both[1])
                 && !self.settled.contains(parts)
-                && (hit || !held())
+                && !self.lies_still(tracks, *parts, dt)
         };
         let carried = move |parts| (parts, self.carried(tracks, parts));
         pairs.filter(wanted).map(carried)
+    }
+
+    /// Returns true if an impact has put one of two bodies on another path.
+    pub(super) fn is_hit(&self, tracks: [usize; 2]) -> bool {
+        let mut tracks = tracks.into_iter();
+        tracks.any(|number| self.tracks.list[number].generation > 0)
+    }
+
+    /// Returns true if Rapier held two parts, and neither of their bodies has been hit since.
+    pub(super) fn is_held(&self, tracks: [usize; 2], parts: [usize; 2]) -> bool {
+        let colliders = parts.map(|part| self.tracks.parts[part].part.collider);
+        !self.is_hit(tracks) && self.held.contains(&in_order(colliders))
     }
 
     fn left_alone_until(&self, parts: [usize; 2]) -> f64 {
         self.lasting.get(&parts).map_or(0.0, |(_, until)| *until)
     }
 
-    /// Counts an impact of two parts whose law loses speed.
+    /// Counts an impact of two parts that may meet endlessly.
     pub(super) fn count(&mut self, parts: [usize; 2], time: f64, dt: f64) {
         let (times, until) = self.lasting.entry(parts).or_default();
         *times += 1;

@@ -47,6 +47,8 @@ pub(super) struct SweptBody {
     /// Its angular momentum after Rapier's step, if a torque bends its rotation.
     end_momentum: Option<DVec3>,
     local_com: DVec3,
+    /// The larger one of its angular speeds before and after Rapier's step.
+    pub spin: f64,
     /// The time of its last impact.
     pub hit_at: Option<f64>,
     /// The acceleration and torque by fields that are assumed from then on, if it is moved within the step.
@@ -80,6 +82,7 @@ impl SweptBody {
             end,
             end_linvel: to_dvec3(body.linvel()),
             local_com,
+            spin: to_f64(start.angvel.length().max(body.angvel().length())),
             ahead,
             ..SweptBody::free()
         }
@@ -101,6 +104,7 @@ impl SweptBody {
             end_linvel: DVec3::ZERO,
             end_momentum: None,
             local_com: DVec3::ZERO,
+            spin: 0.0,
             hit_at: None,
             presumed: None,
             ahead: DVec3::ZERO,
@@ -113,6 +117,11 @@ impl SweptBody {
     /// Returns true if it stood still and has not been hit.
     pub(super) fn is_still(&self) -> bool {
         self.still.is_some() && self.generation == 0
+    }
+
+    /// The way of its centre of mass in Rapier's step.
+    pub(super) fn way(&self, dt: f64) -> DVec3 {
+        self.path.com(dt) - self.path.com(0.0)
     }
 
     /// Computes the resistance, and the rotation of the path. Only bodies that may meet another need them, and
@@ -180,6 +189,12 @@ impl SweptBody {
     /// The velocity of the centre of mass with which the body answers.
     fn velocity(&self, time: f64) -> DVec3 {
         self.path.velocity(time) - self.ahead
+    }
+
+    /// The velocity at a moment of the point of the body that is at `world_point` then.
+    pub(super) fn point_velocity(&self, time: f64, world_point: DVec3) -> DVec3 {
+        let angvel = self.path.angvel(time, self.path.attitude(time));
+        self.path.velocity(time) + angvel.cross(world_point - self.path.com(time))
     }
 
     /// Puts the body on a new path from a moment on, with the velocities and acceleration of `mover`.
@@ -280,7 +295,7 @@ impl SweptBody {
     pub(super) fn place(&self, dt: f64) -> Place {
         Place {
             bounds: self.bounds(0.0, dt),
-            way: from_dvec3(self.path.com(dt) - self.path.com(0.0)),
+            way: from_dvec3(self.way(dt)),
             dynamic: self.dynamic,
             bounded: self.reach.is_finite(),
         }

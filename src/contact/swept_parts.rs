@@ -21,6 +21,9 @@ pub(super) struct SweptPart {
     pub form: Form,
     /// An upper bound of the distance of its points from its frame, with the skin; infinite for a half-space.
     pub reach: f64,
+    /// About half of its least extent; infinite for a half-space, and for a shape made of pieces, such as a level, that
+    /// is not dynamic.
+    pub thickness: f64,
     /// Its `contact_skin`: it touches at that distance from its surface.
     pub skin: f64,
     /// Its bounds, if its body stood still during Rapier's step.
@@ -107,10 +110,12 @@ impl SweptBodies {
         let skin = to_f64(collider.contact_skin().max(0.0));
         let shape = collider.shared_shape().clone();
         let (mut rotation, reach, form);
+        let mut thickness = f64::INFINITY;
         rotation = pose.rotation;
         if let Some(ball) = shape.as_ball() {
             rotation = DQuat::IDENTITY;
-            reach = to_f64(ball.radius) + skin;
+            thickness = to_f64(ball.radius);
+            reach = thickness + skin;
             form = Form::Ball { radius: reach };
         } else if let Some(plane) = shape.as_halfspace() {
             let normal = rotation * to_dvec3(plane.normal);
@@ -120,6 +125,10 @@ impl SweptBodies {
             let bounds = shape.compute_local_bounding_sphere();
             reach = to_f64(bounds.center.length() + bounds.radius) + skin;
             form = Form::Other;
+            if part.dynamic || shape.as_composite_shape().is_none() {
+                let bounds = shape.compute_local_aabb();
+                thickness = to_f64(bounds.half_extents().min_element());
+            }
         }
         self.parts.push(SweptPart {
             part,
@@ -128,6 +137,7 @@ impl SweptBodies {
             shape,
             form,
             reach,
+            thickness,
             skin,
             bounds,
         });
@@ -164,6 +174,11 @@ fn bounds_of(collider: &Collider, pose: &Pose) -> Aabb {
 impl SweptPart {
     pub(super) fn is_ball(&self) -> bool {
         matches!(self.form, Form::Ball { .. })
+    }
+
+    /// Returns true if its shape is made of pieces, such as a mesh.
+    pub(super) fn has_pieces(&self) -> bool {
+        self.shape.as_composite_shape().is_some()
     }
 
     /// Its reach; zero for a half-space.

@@ -75,23 +75,37 @@ impl MovingShape<'_> {
     fn size(&self) -> f64 {
         self.member.arm.length() + self.member.finite_reach()
     }
+
+    /// An upper bound of the distance from the centre of mass at which rotation moves its surface.
+    fn swinging(&self) -> f64 {
+        match self.member.form {
+            Form::Ball { .. } => self.member.arm.length(),
+            Form::Plane { .. } | Form::Other => self.size(),
+        }
+    }
+
+    /// An upper bound of the way of its surface by rotation in Rapier's step, from the angular speeds before and after.
+    pub(super) fn swing_in(&self, dt: f64) -> f64 {
+        self.track.spin * self.swinging() * dt
+    }
 }
 
-/// The first moment in `span` at which two parts touch and approach. Adds its work to `looks`.
+/// The first moment in `span` at which two parts overlap by `depth` and approach. Adds its work to `looks`.
 pub(super) fn time_of_impact(
     [a, b]: SweptPair<'_>,
+    depth: f64,
     span: [f64; 2],
     looks: &Cell<u64>,
 ) -> Option<f64> {
     match [a.member.form, b.member.form] {
-        [Form::Ball { radius: r }, Form::Ball { radius: s }] => balls([a, b], r + s, span),
+        [Form::Ball { radius: r }, Form::Ball { radius: s }] => balls([a, b], r + s - depth, span),
         [Form::Plane { normal }, Form::Ball { radius }] if !a.turns() => {
-            plane([a, b], normal, radius, span)
+            plane([a, b], normal, radius - depth, span)
         }
         [Form::Ball { radius }, Form::Plane { normal }] if !b.turns() => {
-            plane([b, a], normal, radius, span)
+            plane([b, a], normal, radius - depth, span)
         }
-        _ => shapes([a, b], span, looks),
+        _ => shapes([a, b], depth, span, looks),
     }
 }
 
@@ -213,9 +227,23 @@ pub(super) fn may_touch([a, b]: SweptPair<'_>, span: [f64; 2], known: &mut Separ
     !known.are_apart(pair, shapes, &relative, from_f64(near), measure)
 }
 
+/// An upper bound of the speed at which two points of the parts approach in `span`.
+pub(super) fn fastest_approach([a, b]: SweptPair<'_>, span: [f64; 2]) -> f64 {
+    let swing = |part: MovingShape<'_>| part.track.path.bounds().angvel * part.swinging();
+    let approach = Approach::new([a, b], span);
+    approach.fastest(span[1] - span[0]) + swing(a) + swing(b)
+}
+
+/// The overlap of two parts at a moment; zero if they do not overlap. Adds its work to `looks`.
+pub(super) fn overlap_at(parts: SweptPair<'_>, time: f64, looks: &Cell<u64>) -> f64 {
+    looks.set(looks.get() + work_of_look(parts));
+    let found = contact(parts, time, skins(parts), DVec3::ZERO);
+    found.map_or(0.0, |it| (skins(parts) - to_f64(it.dist)).max(0.0))
+}
+
 /// The distances and speeds that decide a touch by Parry's distance.
 struct WithinReach {
-    /// An upper bound of the speed at which two of their points approach.
+    /// As of [`fastest_approach`].
     speed: f64,
     /// A smaller gap counts as touching.
     tolerance: f64,
@@ -223,9 +251,7 @@ struct WithinReach {
 }
 
 fn within_reach([a, b]: SweptPair<'_>, span: [f64; 2]) -> WithinReach {
-    let swing = |part: MovingShape<'_>| part.track.path.bounds().angvel * part.size();
-    let approach = Approach::new([a, b], span);
-    let speed = approach.fastest(span[1] - span[0]) + swing(a) + swing(b);
+    let speed = fastest_approach([a, b], span);
     let tolerance = 32.0 * to_f64(Real::EPSILON) * (a.size() + b.size());
     WithinReach {
         speed,
@@ -235,23 +261,26 @@ fn within_reach([a, b]: SweptPair<'_>, span: [f64; 2]) -> WithinReach {
 }
 
 /// Any two shapes, by Parry's distance in [`Real`].
-fn shapes(parts: SweptPair<'_>, span: [f64; 2], looks: &Cell<u64>) -> Option<f64> {
+fn shapes(parts: SweptPair<'_>, depth: f64, span: [f64; 2], looks: &Cell<u64>) -> Option<f64> {
     let WithinReach {
         speed,
         tolerance,
         near,
     } = within_reach(parts, span);
-    let pieces = parts.map(|part| part.member.shape.as_composite_shape().is_some());
-    let look = if pieces.contains(&true) {
-        LOOK_AT_PIECES
-    } else {
-        1
-    };
-    first_touch_of_distance(span, tolerance, speed, |time| {
+    let look = work_of_look(parts);
+    let [a, b] = parts.map(|part| part.member.thickness);
+    let thin = 0.5 * a.min(b);
+    first_touch_of_distance(span, tolerance, speed, thin, |time| {
         looks.set(looks.get() + look);
         let dist = contact(parts, time, near, DVec3::ZERO)?.dist;
-        Some(to_f64(dist) - skins(parts))
+        Some(to_f64(dist) - skins(parts) + depth)
     })
+}
+
+/// The work of a look at the gap between two parts.
+fn work_of_look(parts: SweptPair<'_>) -> u64 {
+    let pieces = parts.iter().any(|part| part.member.has_pieces());
+    if pieces { LOOK_AT_PIECES } else { 1 }
 }
 
 /// The sum of the skins of two parts.

@@ -133,6 +133,7 @@ impl FieldPipeline {
             dt: open.dt,
             answers: answers(rules, verdicts, joints, open, &view),
             verdicts,
+            given: &open.given,
             work: fields.settings.swept_work,
         };
         let sites = Self::sites(&mut self.gatherer, &self.properties, compiled, &view);
@@ -196,6 +197,8 @@ impl FieldPipeline {
         detector.run(compiled, &view, moment, held, sites);
         if rules.answer_any() {
             let answers = answers(rules, verdicts, joints(world), open, &view);
+            let is_ours = |contact: &FieldContact| !open.given.contains(&contact.colliders);
+            let answers = |contact: &FieldContact| is_ours(contact) && answers(contact);
             let stiffest = detector.respond(&view, compiled, moment, dt, answers, &mut self.pushes);
             self.warnings
                 .extend(stiffest.and_then(|(body, omega2)| warn_of_springs(body, omega2, dt)));
@@ -213,7 +216,8 @@ impl FieldPipeline {
     }
 }
 
-/// A test for the contacts that fields answer. Some belong to Rapier's solver under any rules.
+/// A test for the contacts that fields answer, unless they have given them to Rapier. Some belong to Rapier's solver
+/// under any rules.
 fn answers<'a>(
     rules: &'a ResponderRules,
     verdicts: &'a Verdicts,
@@ -225,7 +229,6 @@ fn answers<'a>(
         let bodies = contact.bodies.map(|body| view.body(body?));
         let law = open.claims.law(contact.colliders);
         rules.answers(contact, &verdicts.vetoed)
-            && !open.given.contains(&contact.colliders)
             && !open.claims.leaves_to_solver(law, contact.bodies)
             && !joints.keep_apart(contact.bodies)
             && !is_dominated(bodies)

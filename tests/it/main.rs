@@ -30,6 +30,7 @@ mod close_passes;
 mod closed_form;
 mod contact_borders;
 mod contact_fields;
+mod contained;
 mod controllers;
 #[cfg(feature = "f64")]
 mod convergence;
