@@ -37,24 +37,9 @@ fn room(walls: Walls) -> PhysicsWorld {
         world.colliders.insert(wall);
     }
     if let Walls::Mesh = walls {
-        let side = |bit: usize, corner: usize| if corner & bit == 0 { -HALF } else { HALF };
-        let corner = |it| Vector::new(side(1, it), side(2, it), side(4, it));
-        let triangles = [
-            [0, 1, 3],
-            [0, 3, 2],
-            [4, 6, 7],
-            [4, 7, 5],
-            [0, 4, 5],
-            [0, 5, 1],
-            [2, 3, 7],
-            [2, 7, 6],
-            [0, 2, 6],
-            [0, 6, 4],
-            [1, 5, 7],
-            [1, 7, 3],
-        ];
-        let mesh = ColliderBuilder::trimesh((0..8).map(corner).collect(), triangles.to_vec());
-        world.colliders.insert(mesh.expect("a mesh"));
+        let (corners, triangles) = Cuboid::new(Vector::splat(HALF)).to_trimesh();
+        let mesh = ColliderBuilder::trimesh(corners, triangles).expect("a mesh");
+        world.colliders.insert(mesh);
     }
     world
 }
