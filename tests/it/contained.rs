@@ -6,6 +6,7 @@ use rapier3d_fields::prelude::*;
 use rapier3d_fields::{Detection, StepWarning};
 
 use crate::lab::random::Random;
+use crate::support::either;
 
 /// Half of the width of a room.
 const HALF: Real = 4.0;
@@ -117,9 +118,11 @@ fn bodies_that_spin_fast_stay_in_their_room_and_keep_their_energy() {
             );
         }
         let changed = energy(&world) / before - 1.0;
-        // Rapier limits speeds to 1,000 m/s, of which the step warns.
+        // Rapier limits speeds to 1,000 m/s, of which the step warns. The rest is rounding: 1.1e-6 and 1.6e-13 in the
+        // worst room.
+        let rounding = either(3e-6, 5e-13);
         assert!(
-            capped || changed.abs() < 5e-3,
+            capped || changed.abs() < rounding,
             "{walls:?} {seed}: {changed}"
         );
     }
