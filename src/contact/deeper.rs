@@ -7,10 +7,11 @@
 use std::cell::Cell;
 
 use super::laws::combined;
+use super::moving_shape::{MovingShape, fastest_approach};
+use super::shape_gap::{TouchDepth, overlap_at};
 use super::solve::ContactPoint;
 use super::sweep::{Event, Rest, Sweep};
 use super::swept_body::SweptWorld;
-use super::time_of_impact::{MovingShape, fastest_approach, overlap_at};
 use crate::math::{DVec3, to_f64};
 use crate::rigid::Lookup;
 
@@ -22,8 +23,8 @@ const OF_THICKNESS: f64 = 0.25;
 const LEAST: f64 = 0.1;
 
 impl Sweep {
-    /// The depth at which two parts touch: zero unless they rest on each other. `None` if they rest, and cannot get
-    /// deeper in `span`.
+    /// The depth at which two parts touch, which is zero unless they rest on each other. `None` if they rest, and cannot
+    /// get deeper in `span`.
     pub(super) fn depth_of_touch(
         &self,
         tracks: [usize; 2],
@@ -31,13 +32,16 @@ impl Sweep {
         span: [f64; 2],
         world: &SweptWorld<'_, impl Lookup>,
         looks: &Cell<u64>,
-    ) -> Option<f64> {
+    ) -> Option<TouchDepth> {
         let known = self.resting.get(&parts);
-        if known.is_none() && !self.is_held(tracks, parts) {
-            return Some(0.0);
-        }
         let carried = self.carried(tracks, parts);
         let bearable = known.map_or_else(|| bearable(carried, world), |rest| rest.bearable);
+        if known.is_none() && !self.is_held(tracks, parts) {
+            return Some(TouchDepth {
+                depth: 0.0,
+                bearable,
+            });
+        }
         if fastest_approach(carried, span) * (span[1] - span[0]) <= bearable {
             return None;
         }
@@ -45,7 +49,10 @@ impl Sweep {
             || overlap_at(carried, span[0], looks),
             |rest| rest.spots[0].depth.max(0.0),
         );
-        Some(depth + bearable)
+        Some(TouchDepth {
+            depth: depth + bearable,
+            bearable,
+        })
     }
 
     /// Returns true if Rapier held two parts, and they move too little in a step to pass through each other; the next

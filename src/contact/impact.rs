@@ -9,7 +9,7 @@ use super::paper_push::PaperPushes;
 use super::solve::{ContactPoint, Meeting, resolve};
 use super::sweep::{Event, Sweep, SweepScene};
 use super::swept_body::SweptWorld;
-use super::time_of_impact::spots;
+use super::touch_points::spots;
 use super::touch_record::TouchRecord;
 use crate::field::ContactLaw;
 use crate::math::{DVec3, Real, from_dvec3, from_f64, to_f64};

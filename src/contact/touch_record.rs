@@ -1,7 +1,7 @@
 //! The touches of a step with the paths that led to them, for the cross-check.
 
 use super::field_contact::FieldContact;
-use super::time_of_impact::MovingShape;
+use super::moving_shape::MovingShape;
 use super::trajectory::BodyPath;
 use crate::math::{ColliderHandle, DPose3, DQuat, DVec3, RigidBodyHandle, Vector};
 
