@@ -95,7 +95,7 @@ const LIQUID: &[Ratio] = &[
 ];
 const GAS: &[Ratio] = &[added(KDK, ALONE, None), added(DETECTING, ALONE, Some(0.5))];
 
-const SCENES: [Scene; 18] = [
+const SCENES: [Scene; 19] = [
     scene(
         "uniform field, 10,000 balls",
         20,
@@ -167,6 +167,15 @@ const SCENES: [Scene; 18] = [
         50,
         || worlds::mixed(40),
         &[whole("field", ALONE, Some(3.0))],
+    ),
+    scene(
+        "jumble of 60 mixed shapes, contacts by fields",
+        50,
+        || worlds::jumbled(60),
+        &[
+            whole("fields, discrete", ALONE, Some(1.3)),
+            whole("fields, swept", ALONE, Some(1.6)),
+        ],
     ),
     scene(
         "1,000 spheres, contacts by fields",

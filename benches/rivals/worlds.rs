@@ -17,19 +17,28 @@ const ZONES: [Vector; 3] = [
 const RADIUS: Real = 6.0;
 const STRENGTH: Real = 0.1;
 
-/// Boxes between four walls that have come to rest on each other, and may not sleep.
-fn heap(count: usize) -> PhysicsWorld {
+/// A floor and four walls, `half` from the middle.
+fn pit(half: Real) -> PhysicsWorld {
     let mut world = PhysicsWorld::new();
-    let slab = |half: Vector| ColliderBuilder::cuboid(half.x, half.y, half.z);
     world.insert(
         RigidBodyBuilder::fixed().translation(Vector::Y * -0.5),
         slab(Vector::new(20.0, 0.5, 20.0)),
     );
     for side in [Vector::X, -Vector::X, Vector::Z, -Vector::Z] {
-        let half = Vector::new(6.0, 10.0, 6.0) - side.abs() * 5.5;
-        let wall = RigidBodyBuilder::fixed().translation(side * 6.0 + Vector::Y * 10.0);
-        world.insert(wall, slab(half));
+        let size = Vector::new(half, 10.0, half) - side.abs() * (half - 0.5);
+        let wall = RigidBodyBuilder::fixed().translation(side * half + Vector::Y * 10.0);
+        world.insert(wall, slab(size));
     }
+    world
+}
+
+fn slab(half: Vector) -> ColliderBuilder {
+    ColliderBuilder::cuboid(half.x, half.y, half.z)
+}
+
+/// Boxes between four walls that have come to rest on each other, and may not sleep.
+fn heap(count: usize) -> PhysicsWorld {
+    let mut world = pit(6.0);
     for number in 0..count {
         let cell = [number % 10, number / 100, number / 10 % 10].map(|n| n as Real);
         let middle = Vector::new(4.5, -0.5, 4.5);
@@ -39,6 +48,45 @@ fn heap(count: usize) -> PhysicsWorld {
     }
     (0..120).for_each(|_| world.step());
     world
+}
+
+/// Mixed shapes that lie in a pit as they fell, and may not sleep.
+fn jumble(count: usize) -> PhysicsWorld {
+    let mut world = pit(2.5);
+    for number in 0..count {
+        let [x, y, z] = [number % 3, number / 9, number / 3 % 3].map(|n| n as Real);
+        let turn = Vector::new(x, y, z) * 0.7;
+        let body = RigidBodyBuilder::dynamic()
+            .translation(Vector::new(1.2 * x - 1.2, 1.2 * y + 1.0, 1.2 * z - 1.2))
+            .rotation(turn)
+            .can_sleep(false)
+            .ccd_enabled(true);
+        world.insert(body, shape(number).friction(0.5));
+    }
+    (0..240).for_each(|_| world.step());
+    world
+}
+
+/// A jumble whose contacts fields answer, and the same with Rapier's solver and its continuous detection.
+pub fn jumbled(count: usize) -> Vec<Variant> {
+    let fields = |name, detection| {
+        let world = jumble(count);
+        let law = ContactLaw::restitution(0.0).with_friction(0.5);
+        let moves = |it: &(ColliderHandle, &Collider)| {
+            let body = it.1.parent().and_then(|body| world.bodies.get(body));
+            body.is_some_and(RigidBody::is_dynamic)
+        };
+        let moving = world.colliders.iter().filter(moves);
+        let contacts = moving.map(|(handle, _)| Tree::from(Field::contact(law).at(handle)));
+        let tree = contacts.reduce(Tree::sum_union).expect("bodies");
+        let builder = Fields::builder(tree).detection(detection);
+        stepped(name, builder.build().expect("a sound tree"), world)
+    };
+    vec![
+        alone(jumble(count)),
+        fields("fields, discrete", Detection::Discrete),
+        fields("fields, swept", Detection::Swept),
+    ]
 }
 
 /// A heap on a floor in wind and three zones, under Rapier's gravity. The loop by hand sets forces anew in each step,
@@ -78,24 +126,28 @@ pub fn piled(count: usize) -> Vec<Variant> {
     ]
 }
 
+/// One of five shapes.
+fn shape(number: usize) -> ColliderBuilder {
+    let corners = [0.0, 2.1, 4.2].map(|turn: Real| Vector::new(turn.cos(), -0.4, turn.sin()));
+    let corners = [corners.as_slice(), &[Vector::Y]].concat();
+    match number % 5 {
+        0 => ColliderBuilder::ball(0.5),
+        1 => ColliderBuilder::cuboid(0.5, 0.4, 0.3),
+        2 => ColliderBuilder::capsule_y(0.4, 0.3),
+        3 => ColliderBuilder::cylinder(0.5, 0.4),
+        _ => ColliderBuilder::convex_hull(&corners).expect("a hull"),
+    }
+}
+
 /// Bodies of five shapes that float, half in water and half in gusts.
 fn afloat(count: usize) -> PhysicsWorld {
     let mut world = PhysicsWorld::new();
-    let corners = [0.0, 2.1, 4.2].map(|turn: Real| Vector::new(turn.cos(), -0.4, turn.sin()));
-    let corners = [corners.as_slice(), &[Vector::Y]].concat();
     for number in 0..count {
-        let collider = match number % 5 {
-            0 => ColliderBuilder::ball(0.5),
-            1 => ColliderBuilder::cuboid(0.5, 0.4, 0.3),
-            2 => ColliderBuilder::capsule_y(0.4, 0.3),
-            3 => ColliderBuilder::cylinder(0.5, 0.4),
-            _ => ColliderBuilder::convex_hull(&corners).expect("a hull"),
-        };
         let [x, z] = [number % 8, number / 8].map(|n| n as Real);
         let body = RigidBodyBuilder::dynamic()
             .translation(Vector::new(x * 3.0, 0.1, z * 3.0))
             .can_sleep(false);
-        world.insert(body, collider.density(500.0));
+        world.insert(body, shape(number).density(500.0));
     }
     world
 }

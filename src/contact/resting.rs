@@ -15,8 +15,8 @@ use crate::math::{ColliderHandle, Pose, Real, Rotation};
 use crate::rapier::geometry::{ContactPair, NarrowPhase};
 
 /// Parts that have moved relative to each other by less than this share of their size have hardly moved: points on
-/// curved surfaces are then off by half its square.
-const HARDLY: Real = 0.02;
+/// curved surfaces are then off by half its square. Rapier reuses its contacts up to a way of 0.05 length units.
+const HARDLY: Real = 0.05;
 
 /// The pairs that Rapier's solver held in its last step.
 #[derive(Clone, Copy)]
