@@ -16,6 +16,12 @@ const ROUNDS: usize = 64;
 /// After the first round, an approach slower than this share of the faster part's speed is rounding.
 const AT_REST: f64 = 16.0 * Real::EPSILON as f64;
 
+/// Impulses that do more than this many times the energy that bodies bring as work are no impact: where no energy is
+/// added they do four times as much at most, as on a ball thrown back. Such contacts are answered one after the other
+/// instead, this many times, without rebound.
+const JAMMED: f64 = 8.0;
+const SWEEPS: usize = 8;
+
 /// The largest number of connected contacts that are solved together, because the cost is the cube of their number.
 /// Further ones are solved one after the other.
 const MOST_AT_ONCE: usize = 48;
@@ -413,11 +419,43 @@ impl Solver<'_> {
             approach + meeting.rebound(self.movers, to_f64(restitution), approach)
         };
         let wanted: Vec<f64> = cluster.iter().map(wanted).collect();
-        let sizes = lcp::solve(&self.couplings(cluster), &wanted);
+        let matrix = self.couplings(cluster);
+        let mut sizes = lcp::solve(&matrix, &wanted);
+        // Two sides that do not yield and close on a body let no velocity meet all contacts, or only a rotation without
+        // measure.
+        let work: f64 = sizes.iter().zip(&wanted).map(|(x, b)| x * b).sum();
+        if cluster.len() > 1 && 0.5 * work > JAMMED * self.energy(cluster) {
+            let approach = |i: &usize| self.meetings[*i].approach(self.movers);
+            let approaches: Vec<f64> = cluster.iter().map(approach).collect();
+            sizes = lcp::relax(&matrix, &approaches, SWEEPS);
+        }
         self.push_apart(cluster, &sizes);
         for (number, size) in cluster.iter().zip(sizes) {
             self.friction(*number, size);
         }
+    }
+
+    /// The energy that the contacts of a cluster bring, at most: that of the rotation of its bodies, and of all of its
+    /// masses at the speed of the fastest one, in the frame of the first body.
+    fn energy(&self, cluster: &[usize]) -> f64 {
+        let meetings = || cluster.iter().map(|number| &self.meetings[*number]);
+        let mut places: Vec<usize> = meetings().flat_map(|it| it.places).flatten().collect();
+        places.sort_unstable();
+        places.dedup();
+        let movers = || places.iter().map(|place| &self.movers[*place]);
+        let frame = movers().next().map_or(DVec3::ZERO, |mover| mover.linvel);
+        let sides = meetings().flat_map(|it| it.velocities(self.movers));
+        let speeds = sides.chain(movers().map(|mover| mover.linvel));
+        let fastest = speeds.map(|speed| (speed - frame).length_squared());
+        let fastest = fastest.fold(0.0, f64::max);
+        // Of a body whose centre cannot move, the mass that yields at its contacts counts.
+        let yielding = meetings().map(|it| self.inverse_effective_mass(it, it.normal).recip());
+        let masses: f64 = movers().map(ContactBody::mass).chain(yielding).sum();
+        let turning = |mover: &ContactBody| {
+            let rotor = &mover.resistance.rotor;
+            rotor.twice_energy(mover.attitude, mover.angvel)
+        };
+        0.5 * (fastest * masses + movers().map(turning).sum::<f64>())
     }
 
     /// Applies Coulomb friction at a contact that got a normal impulse of a given size.

@@ -80,6 +80,18 @@ impl Rotor {
         to_world * (self.inverse_moments * (to_world.inverse() * momentum))
     }
 
+    /// Twice the kinetic energy of the rotation about the axes about which the body can turn.
+    pub(crate) fn twice_energy(&self, attitude: DQuat, angvel: DVec3) -> f64 {
+        let angvel = self.principal_to_world(attitude).inverse() * angvel;
+        let axes = angvel
+            .to_array()
+            .into_iter()
+            .zip(self.inverse_moments.to_array());
+        let free = axes.filter(|(_, inverse)| *inverse > 0.0);
+        free.map(|(angvel, inverse)| angvel * angvel / inverse)
+            .sum()
+    }
+
     /// Upper bounds of the angular speed and the angular acceleration of a free rotation.
     fn bounds(&self, attitude: DQuat, momentum: DVec3) -> [f64; 2] {
         let fastest = self.inverse_moments.max_element();

@@ -1,5 +1,5 @@
-//! Bodies that spin or slide fast stay in a room, with swept detection: a contact that rests within a step does not hide
-//! another corner of the same body, the next wall of the same mesh, or a blow by a third body.
+//! Bodies that spin, slide fast, or are squeezed stay in a room, with swept detection: a contact that rests within a
+//! step does not hide another corner of the same body, the next wall of the same mesh, or a blow by a third body.
 
 use rapier3d_fields::math::{DVec3, from_dvec3, from_f64, to_f64};
 use rapier3d_fields::prelude::*;
@@ -64,7 +64,10 @@ fn shape(random: &mut Random, size: Real) -> ColliderBuilder {
 
 /// Fields by which the colliders of dynamic bodies answer their contacts.
 fn answers(world: &PhysicsWorld, law: ContactLaw) -> Fields {
-    let moves = |collider: &Collider| collider.parent().is_some();
+    let moves = |collider: &Collider| {
+        let body = collider.parent();
+        body.is_some_and(|body| world.bodies[body].is_dynamic())
+    };
     let all = world.colliders.iter().filter(|(_, it)| moves(it));
     let contacts = all.map(|(handle, _)| Tree::from(Field::contact(law).at(handle)));
     let tree = contacts.reduce(Tree::sum_union).expect("colliders");
@@ -184,6 +187,41 @@ fn a_ball_at_rest_is_not_driven_through_its_floor() {
                     );
                 }
             }
+        }
+    }
+}
+
+/// A press comes down on bodies and leaves them 0.1 m of room. No velocity meets all their contacts then: before, some
+/// were thrown away at up to 977 m/s.
+#[test]
+fn bodies_under_a_press_do_not_burst_away() {
+    for seed in 0..40 {
+        let mut random = Random::new(seed);
+        let mut world = room(Walls::Slabs);
+        let plate = ColliderBuilder::cuboid(2.0, 0.3, 2.0);
+        let height = |swing: f64| Vector::Y * from_f64(swing - 2.6);
+        let body = RigidBodyBuilder::kinematic_position_based().translation(height(1.0));
+        let (press, _) = world.insert(body, plate);
+        for number in 0..5 {
+            let size = from_f64(0.2 + 0.4 * random.uniform());
+            let angle = f64::from(number) * std::f64::consts::TAU / 5.0;
+            let place = from_dvec3(DVec3::new(1.4 * angle.cos(), -3.0, 1.4 * angle.sin()));
+            let body = RigidBodyBuilder::dynamic()
+                .translation(place)
+                .angvel(from_dvec3(random.unit_vector()) * 5.0);
+            world.insert(body, shape(&mut random, size).friction(0.3));
+        }
+        let rate = 0.5 + 3.5 * random.uniform();
+        let law = ContactLaw::restitution(0.3).with_friction(0.3);
+        let mut fields = answers(&world, law);
+        for step in 0..300 {
+            let swing = (rate * f64::from(step + 1) / 60.0).cos();
+            world.bodies[press].set_next_kinematic_translation(height(swing));
+            fields.step(&mut world).expect("a step");
+            let speeds = world.bodies.iter().map(|(_, body)| body.linvel().length());
+            let fastest = speeds.fold(0.0, Real::max);
+            // The press has at most 4 m/s.
+            assert!(fastest < 40.0, "{seed}, step {step}: {fastest} m/s");
         }
     }
 }
