@@ -36,7 +36,7 @@ pub(super) fn next_touch(
     let relative = here.inv_mul(&there);
     let depth = 0.5 * starts.rebound();
     let along = (first - second).normalize_or_zero() * depth;
-    if distance(shapes, &relative, far).is_some_and(|apart| apart.distance < far) {
+    if distance(shapes, &relative, far).is_some_and(|apart| apart < far) {
         let near = nearest(shapes, &relative, far).ok().flatten();
         let normal = near.map_or(Vector::ZERO, |near| here.rotation * near.normal1);
         return Some(NextTouch {

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::capability::Capability;
-use super::separation::{Clearance, Separations};
+use super::separation::Separations;
 use crate::math::{ColliderHandle, Pose, Real, SharedShape, Vector};
 use crate::rapier::geometry::Aabb;
 use crate::rapier::parry::query::details::closest_points_support_map_support_map_with_params as closest_points;
@@ -151,9 +151,9 @@ pub(super) fn nearest(
     query::contact(&Pose::IDENTITY, first, relative, second, far)
 }
 
-/// A lower bound of the distance of two shapes, and the direction from the first to the second in which it holds, in the
-/// frame of the first; `far` if it is larger, zero if they overlap. `None` where [`nearest`] returns an error.
-pub(super) fn distance(shapes: [&SharedShape; 2], relative: &Pose, far: Real) -> Option<Clearance> {
+/// A lower bound of the distance of two shapes; `far` if it is larger, zero if they overlap. `None` where [`nearest`]
+/// returns an error.
+pub(super) fn distance(shapes: [&SharedShape; 2], relative: &Pose, far: Real) -> Option<Real> {
     // The penetration depth, which [`nearest`] would find too, would be most of the cost.
     let round = shapes.iter().any(|shape| shape.as_ball().is_some());
     let maps = shapes.map(|shape| shape.as_support_map().filter(|_| !round));
@@ -161,18 +161,14 @@ pub(super) fn distance(shapes: [&SharedShape; 2], relative: &Pose, far: Real) ->
         let direction = relative.translation.try_normalize().unwrap_or(Vector::X);
         let (simplex, start) = (&mut VoronoiSimplex::new(), Some(direction));
         let found = closest_points(relative, first, second, far, simplex, start);
-        let (distance, axis) = match found {
-            GJKResult::ClosestPoints(one, two, normal) => ((two - one).dot(normal), Some(normal)),
-            GJKResult::NoIntersection(axis) => (far, Some(axis)),
-            GJKResult::Intersection | GJKResult::Proximity(_) => (0.0, None),
-        };
-        return Some(Clearance { distance, axis });
+        return Some(match found {
+            GJKResult::ClosestPoints(one, two, normal) => (two - one).dot(normal),
+            GJKResult::NoIntersection(_) => far,
+            GJKResult::Intersection | GJKResult::Proximity(_) => 0.0,
+        });
     }
     let found = nearest(shapes, relative, far).ok()?;
-    Some(Clearance {
-        distance: found.map_or(far, |contact| contact.dist),
-        axis: found.map(|contact| contact.normal1),
-    })
+    Some(found.map_or(far, |contact| contact.dist))
 }
 
 /// Returns true if a shape is made of voxels, or has a piece that is.

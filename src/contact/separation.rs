@@ -9,7 +9,7 @@ use std::hash::BuildHasherDefault;
 use std::sync::Arc;
 
 use crate::field::Fingerprint;
-use crate::math::{ColliderHandle, Pose, Real, SharedShape, Vector};
+use crate::math::{ColliderHandle, Pose, Real, SharedShape};
 
 /// A distance is measured again when the pair has moved by this share of it, and by this share of the pair's size.
 /// Without the second, a pair that touches would be measured in every step.
@@ -27,14 +27,6 @@ const UNSURE: Real = 4e-3;
 /// Every this many rounds, pairs that were not used for as many are dropped.
 const KEPT: u32 = 64;
 
-/// How far two shapes are apart.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Clearance {
-    pub distance: Real,
-    /// Unit vector from the first shape to the second, in the frame of the first, if it is known.
-    pub axis: Option<Vector>,
-}
-
 /// A lower bound of the distance of each pair, and the relative pose at which it was measured.
 #[derive(Debug, Default)]
 pub(super) struct Separations {
@@ -49,8 +41,6 @@ struct Separation {
     relative: Pose,
     /// A lower bound of the distance at `relative`; −1 if it was not measured.
     distance: Real,
-    /// The direction of that distance from the first shape to the second, in the frame of the first.
-    axis: Option<Vector>,
     /// An upper bound of the distance of the second shape's points from its origin.
     reach: Real,
     round: u32,
@@ -83,22 +73,16 @@ impl Separations {
         }
     }
 
-    /// The direction from the first shape of a pair to the second, in the frame of the first, in which their distance was
-    /// measured last.
-    pub(super) fn axis(&self, pair: [ColliderHandle; 2]) -> Option<Vector> {
-        self.known.get(&pair)?.axis
-    }
-
     /// Returns true if two shapes are known to be farther apart than `near`; `relative` is the pose of the second
-    /// relative to the first. `measure` is given the second shape's reach, and returns `None` if the distance is not
-    /// known.
+    /// relative to the first. `measure` is given the second shape's reach, and returns a lower bound of the distance,
+    /// or `None` if it is not known.
     pub(super) fn are_apart(
         &mut self,
         pair: [ColliderHandle; 2],
         shapes: [&SharedShape; 2],
         relative: &Pose,
         near: Real,
-        measure: impl FnOnce(Real) -> Option<Clearance>,
+        measure: impl FnOnce(Real) -> Option<Real>,
     ) -> bool {
         let round = self.round;
         let unknown = || {
@@ -107,7 +91,6 @@ impl Separations {
                 shapes: shapes.map(SharedShape::clone),
                 relative: *relative,
                 distance: -1.0,
-                axis: None,
                 reach: bounds.center.length() + bounds.radius,
                 round,
             }
@@ -128,9 +111,7 @@ impl Separations {
             return false;
         }
         known.relative = *relative;
-        let measured = measure(known.reach);
-        known.distance = measured.map_or(0.0, |it| it.distance.max(0.0));
-        known.axis = measured.and_then(|it| it.axis);
+        known.distance = measure(known.reach).unwrap_or(0.0).max(0.0);
         known.distance - known.moved(relative) > near
     }
 }

@@ -26,8 +26,8 @@ pub(super) struct TouchDepth {
     pub bearable: f64,
 }
 
-/// Returns true if two parts may touch in `span`, by the distance and the direction kept for the pair. They are kept
-/// only for pairs of which [`touch_of_shapes`] needs Parry's distance.
+/// Returns true if two parts may touch in `span`, by the distance kept for the pair. Distances are kept only for pairs of
+/// which [`touch_of_shapes`] needs Parry's distance; a half-space needs none.
 pub(super) fn may_touch([a, b]: SweptPair<'_>, span: [f64; 2], known: &mut Separations) -> bool {
     if !a.is_solid() && !b.is_solid() {
         return true;
@@ -35,25 +35,20 @@ pub(super) fn may_touch([a, b]: SweptPair<'_>, span: [f64; 2], known: &mut Separ
     let facing = Facing::new([a, b], span);
     let [a, b] = facing.parts;
     let frames = facing.frames(span[0]);
-    let axis = if let Some(plane) = a.member.shape.as_halfspace() {
-        Some(plane.normal)
-    } else {
-        let pair = [a, b].map(|part| part.member.part.collider);
-        let shapes = [&a.member.shape, &b.member.shape];
-        let relative = relative_pose(&frames[0], &frames[1]);
-        let near = within_reach([a, b], span).near;
-        let measure = |reach: Real| {
-            let far = near + 0.25 * to_f64(reach);
-            distance(shapes, &relative, from_f64(far))
-        };
-        if known.are_apart(pair, shapes, &relative, from_f64(near), measure) {
-            return false;
-        }
-        known.axis(pair)
+    if let Some(plane) = a.member.shape.as_halfspace() {
+        let axis = frames[0].rotation * to_dvec3(plane.normal);
+        let clear = CLEARLY * tolerance([a, b]);
+        return facing.stays_above(clear, axis, &frames, span[0]) < f64::INFINITY;
+    }
+    let pair = [a, b].map(|part| part.member.part.collider);
+    let shapes = [&a.member.shape, &b.member.shape];
+    let relative = relative_pose(&frames[0], &frames[1]);
+    let near = within_reach([a, b], span).near;
+    let measure = |reach: Real| {
+        let far = near + 0.25 * to_f64(reach);
+        distance(shapes, &relative, from_f64(far))
     };
-    let axis = axis.map(|axis| frames[0].rotation * to_dvec3(axis));
-    let clear = CLEARLY * tolerance([a, b]);
-    axis.is_none_or(|axis| facing.stays_above(clear, axis, &frames, span[0]) < f64::INFINITY)
+    !known.are_apart(pair, shapes, &relative, from_f64(near), measure)
 }
 
 /// Two parts in a span, by the gap between them along some direction.

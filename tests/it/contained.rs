@@ -126,7 +126,7 @@ fn bodies_that_spin_fast_stay_in_their_room_and_keep_their_energy() {
         let changed = energy(&world) / before - 1.0;
         // Rapier limits speeds to 1,000 m/s, of which the step warns. The rest is rounding: 1.1e-6 and 1.6e-13 in the
         // worst room. In one room in 64 bits a hull comes to turn by 28 rad a step, for which the free rotation keeps
-        // the energy to 1e-5 only; before, each of its impacts cost some percent.
+        // the energy to 1e-5 only; before, one step with impacts cost 3 %.
         let exact = most_turned < 20.0;
         let bound = if exact { either(3e-6, 5e-13) } else { 1e-5 };
         assert!(
@@ -220,8 +220,8 @@ fn bodies_under_a_press_do_not_burst_away() {
             fields.step(&mut world).expect("a step");
             let speeds = world.bodies.iter().map(|(_, body)| body.linvel().length());
             let fastest = speeds.fold(0.0, Real::max);
-            // The press has at most 4 m/s.
-            assert!(fastest < 40.0, "{seed}, step {step}: {fastest} m/s");
+            // The press has at most 4 m/s; the fastest bodies have 17.5 (f32) and 12.0.
+            assert!(fastest < 25.0, "{seed}, step {step}: {fastest} m/s");
         }
     }
 }
