@@ -3,9 +3,14 @@
 use super::sampled::SampledFields;
 use crate::field::{Anchor, Border, Frames, Node, Nodes, Query, QueryProperties};
 use crate::math::{DVec3, to_dvec3};
+use crate::reference::Reference;
 
-/// The borders of a term that may pass through a body, given by its index among the sampled ones.
-pub(super) fn near(fields: &SampledFields<'_, impl Frames>, term: u32, body: u32) -> Vec<Border> {
+/// The borders in a reference's subtree that may pass through a body, given by its index among the sampled ones.
+pub(super) fn near(
+    fields: &SampledFields<'_, impl Frames>,
+    of: &Reference<'_>,
+    body: u32,
+) -> Vec<Border> {
     let samples = fields.samples;
     let centre = &samples.centres[body as usize];
     let bulk = samples.bulks.get(body as usize);
@@ -17,7 +22,7 @@ pub(super) fn near(fields: &SampledFields<'_, impl Frames>, term: u32, body: u32
         extent: bulk.map_or(0.0, |bulk| bulk.extent),
         borders: Vec::new(),
     };
-    found.below(term, &Anchor::WORLD);
+    found.below(of.root, &of.instance);
     found.borders
 }
 

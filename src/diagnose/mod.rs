@@ -18,7 +18,7 @@ pub(crate) use sampled::SampledFields;
 pub use zones::ZoneEvent;
 pub(crate) use zones::{Occupant, ZoneWatch};
 
-use crate::field::{Cuts, FieldRef, FieldSet, Frames};
+use crate::field::{Anchor, Cuts, FieldRef, FieldSet, Frames, Node};
 use crate::math::{ColliderHandle, RigidBodyHandle, Vector, from_dvec3, to_dvec3};
 use crate::reference::{Contribution, Fate, Reference, Trace};
 use crate::rigid::Wrench;
@@ -89,36 +89,39 @@ impl<F: Frames> SampledFields<'_, F> {
         let parts: Vec<_> = samples.each_of(body as usize).collect();
         for term in self.set.terms() {
             let (term, how) = (term.root, self.set.nodes().how(term.root));
-            let reference = Reference::of_term(self.set, term);
-            if samples.cut(how, body).is_some() {
-                let borders = borders::near(self, term, body);
-                let whole = borders.is_empty() && how.cuts == Cuts::Bodies;
-                let pieces = if whole {
-                    &[]
-                } else {
-                    cutter.body(samples, body, &borders)
-                };
-                for piece in pieces {
-                    let (query, weight, arm) = samples.of_piece(how, body, piece, moment);
-                    let sample = samples.in_piece(body, piece, &query, arm);
-                    visit(
-                        &sample,
-                        term,
-                        reference.trace(self.frames, &query).times(weight),
-                    );
-                }
-                if !whole {
+            let cuts = samples.cut(how, body).is_some();
+            for reference in self.references(term, cuts) {
+                let borders = cuts.then(|| borders::near(self, &reference, body));
+                let borders = borders.unwrap_or_default();
+                let in_pieces = cuts && !(borders.is_empty() && how.cuts == Cuts::Bodies);
+                if in_pieces {
+                    for piece in cutter.body(samples, body, &borders) {
+                        let (query, weight, arm) = samples.of_piece(how, body, piece, moment);
+                        let sample = samples.in_piece(body, piece, &query, arm);
+                        let trace = reference.trace(self.frames, &query);
+                        visit(&sample, term, trace.times(weight));
+                    }
                     continue;
                 }
+                let at_centre = samples.asks_whole(how) && samples.takes(how, centre);
+                let own = parts.iter();
+                let own = own.filter(|sample| samples.takes_part(how, sample));
+                for sample in at_centre.then_some(centre).into_iter().chain(own) {
+                    let query = samples.query(sample, moment);
+                    visit(sample, term, reference.trace(self.frames, &query));
+                }
             }
-            let at_centre = samples.asks_whole(how) && samples.takes(how, centre);
-            let own = parts
-                .iter()
-                .filter(|sample| samples.takes_part(how, sample));
-            for sample in at_centre.then_some(centre).into_iter().chain(own) {
-                let query = samples.query(sample, moment);
-                visit(sample, term, reference.trace(self.frames, &query));
+        }
+    }
+
+    /// The references that a term is the sum of: where its instances cut bodies, each does so by its own borders.
+    fn references(&self, term: u32, cuts: bool) -> Vec<Reference<'_>> {
+        match self.set.nodes().get(term) {
+            Node::Instances { prototype, anchors } if cuts => {
+                let of = |anchor: &Anchor| Reference::of_instance(self.set, *prototype, *anchor);
+                anchors.iter().map(of).collect()
             }
+            _ => vec![Reference::of_term(self.set, term)],
         }
     }
 

@@ -31,7 +31,8 @@ use walk::TreeWalk;
 #[derive(Clone, Copy, Debug)]
 pub struct Reference<'a> {
     nodes: Nodes<'a>,
-    root: u32,
+    pub(crate) root: u32,
+    pub(crate) instance: Anchor,
 }
 
 impl<'a> Reference<'a> {
@@ -45,21 +46,33 @@ impl<'a> Reference<'a> {
         let axes = (0..nodes.0.len() as u32).flat_map(|node| nodes.axes_at(node));
         let named: Vec<std::sync::Arc<str>> = axes.map(|axis| axis.name().into()).collect();
         tree.validate(&named)?;
-        let root = tree.root();
-        Ok(Reference { nodes, root })
+        Ok(Reference {
+            nodes,
+            root: tree.root(),
+            instance: Anchor::WORLD,
+        })
     }
 
     /// The reference for a term of a set that has already been validated.
     pub(crate) fn of_term(set: &'a FieldSet, root: u32) -> Self {
+        Self::of_instance(set, root, Anchor::WORLD)
+    }
+
+    /// The same for an instance of a subtree.
+    pub(crate) fn of_instance(set: &'a FieldSet, root: u32, instance: Anchor) -> Self {
         let nodes = set.nodes();
-        Reference { nodes, root }
+        Reference {
+            nodes,
+            root,
+            instance,
+        }
     }
 
     /// The force of the composite field on a sample, in world axes; `None` where the field is not
     /// defined.
     pub fn force(&self, frames: &impl Frames, query: &Query) -> Option<DVec3> {
-        let walk = TreeWalk::new(self.nodes, self.root, frames, query, Motion::of(query));
-        let value = walk.node(self.root, &Anchor::WORLD);
+        let mut walk = TreeWalk::new(self.nodes, frames, query, Motion::of(query));
+        let value = walk.subtree(self.root, &self.instance);
         value.defined.any().then(|| real(value.vector))
     }
 
@@ -85,17 +98,17 @@ impl<'a> Reference<'a> {
     /// ```
     pub fn linearised(&self, frames: &impl Frames, query: &Query) -> Option<Linearised> {
         let motion = Motion::seeded(query);
-        let walk = TreeWalk::new(self.nodes, self.root, frames, query, motion);
-        let value = walk.node(self.root, &Anchor::WORLD);
+        let mut walk = TreeWalk::new(self.nodes, frames, query, motion);
+        let value = walk.subtree(self.root, &self.instance);
         let defined = value.defined.any();
         defined.then(|| Linearised::new(value.vector))
     }
 
     /// The force of each single field at a sample, and whether it is part of the composite's force.
     pub fn trace(&self, frames: &impl Frames, query: &Query) -> Trace {
-        let mut walk = TreeWalk::new(self.nodes, self.root, frames, query, Motion::of(query));
+        let mut walk = TreeWalk::new(self.nodes, frames, query, Motion::of(query));
         walk.log = Some(Default::default());
-        let value = walk.node(self.root, &Anchor::WORLD);
+        let value = walk.subtree(self.root, &self.instance);
         Trace {
             force: value.defined.any().then(|| real(value.vector)),
             contributions: walk

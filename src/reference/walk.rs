@@ -40,30 +40,27 @@ pub(super) struct TreeWalk<'a, F, T> {
 }
 
 impl<'a, F: Frames, T: Single> TreeWalk<'a, F, T> {
-    /// A walk over the subtree at `root`.
-    pub fn new(
-        nodes: Nodes<'a>,
-        root: u32,
-        frames: &'a F,
-        query: &'a Query,
-        motion: Motion<T>,
-    ) -> Self {
-        let mut walk = TreeWalk {
+    pub fn new(nodes: Nodes<'a>, frames: &'a F, query: &'a Query, motion: Motion<T>) -> Self {
+        TreeWalk {
             nodes,
             frames,
             query,
             motion,
             here: Neighbourhood::open(),
             log: None,
-        };
-        walk.here = walk.neighbourhood(root);
-        walk
+        }
+    }
+
+    /// The value of an instance of the subtree at `root`.
+    pub fn subtree(&mut self, root: u32, instance: &Anchor) -> TracedValue<T> {
+        self.here = self.neighbourhood(root, *instance);
+        self.node(root, instance)
     }
 
     /// The pieces into which the surfaces of all regions that touch the sample cut its neighbourhood.
-    fn neighbourhood(&self, root: u32) -> Neighbourhood {
+    fn neighbourhood(&self, root: u32, instance: Anchor) -> Neighbourhood {
         let mut normals: Vec<Normal> = Vec::new();
-        let mut open = vec![(root, Anchor::WORLD)];
+        let mut open = vec![(root, instance)];
         while let Some((node, instance)) = open.pop() {
             let node = self.nodes.get(node);
             match node {
@@ -101,7 +98,7 @@ impl<'a, F: Frames, T: Single> TreeWalk<'a, F, T> {
     }
 
     /// Evaluates a node. Recursion is safe, since the depth of a tree is limited.
-    pub fn node(&self, node: u32, instance: &Anchor) -> TracedValue<T> {
+    fn node(&self, node: u32, instance: &Anchor) -> TracedValue<T> {
         match self.nodes.get(node) {
             Node::Leaf(field) => self.leaf(node, field, instance),
             Node::Vacant => TracedValue::undefined(),

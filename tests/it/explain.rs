@@ -301,3 +301,27 @@ fn totals_of_a_sum_add_up_to_the_wrench() {
     assert!((force - told.wrench.force).length() <= rounding);
     assert!((torque - told.wrench.torque).length() <= rounding);
 }
+
+/// Instances at one place: a body is cut by the border of each of them separately, not by both at once.
+#[test]
+fn instances_that_cut_a_body_are_explained_one_by_one() {
+    let mut world = world();
+    let body = RigidBodyBuilder::dynamic().translation(Vector::new(0.0, 0.0, -2.0));
+    let ball = ColliderBuilder::ball(0.25).mass(1.0);
+    let (body, _) = world.insert(body, ball);
+    let capsule = Region::capsule(1.37, 4.37);
+    let field = Field::uniform(-Vector::Y).within(capsule);
+    let place = Vector::new(-1.75, 0.25, 2.25);
+    let one = Fields::new(field.clone().at(place)).expect("a valid tree");
+    let two = Tree::instances(field, [place, place]);
+    let two = Fields::new(two).expect("a valid tree");
+    let [one, two] = [one, two].map(|fields| {
+        let wrench = fields.sample(body, &world).expect("finite forces");
+        let told = fields.explain(body, &world).expect("sampled").wrench;
+        let wrench = wrench.expect("a body in the fields");
+        assert_relative_eq!(told.force.y, wrench.force.y, max_relative = 1e-6);
+        told.force.y
+    });
+    assert!(one < -1e-3 && one > -0.1, "the border cuts the body: {one}");
+    assert_relative_eq!(two, 2.0 * one, max_relative = 1e-6);
+}
