@@ -9,7 +9,7 @@ use crate::math::{
 };
 use crate::rapier::dynamics::RigidBody;
 use crate::rapier::pipeline::ActiveHooks;
-use crate::rigid::{Body, Inertia, MidStepImpact, to_dquat};
+use crate::rigid::{Body, Inertia, InertiaMark, MidStepImpact, to_dquat};
 
 /// The user's force and torque on a body, while those of fields are added to them.
 #[derive(Clone, Copy, Debug)]
@@ -118,7 +118,8 @@ pub(crate) fn finish(world: &mut WorldMut<'_>, motions: &mut Motions) {
         if turn.gyroscopic {
             body.enable_gyroscopic_forces(true);
         }
-        if is_at_rest(body) {
+        // A body whose inertia has changed since keeps its angular velocity, as under Rapier alone.
+        if is_at_rest(body) || turn.inertia != InertiaMark::of(body) {
             continue;
         }
         let bounced = motions.has_bounced(turn.body);

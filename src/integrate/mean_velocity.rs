@@ -131,6 +131,7 @@ fn correct(
         motions.turns.push(SteadyTurn {
             body: state.body,
             after,
+            inertia: body.inertia_mark(),
             twist,
             gyroscopic: body.gyroscopic,
             damped: lag.is_none(),

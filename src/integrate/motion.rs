@@ -7,7 +7,7 @@ use super::pace::Pace;
 use super::plan::StepPlan;
 use super::reaction::Reactions;
 use crate::math::{DVec3, Real, RigidBodyHandle, Vector, from_dvec3, to_dvec3};
-use crate::rigid::{Body, Lookup, Wrench, find_by, find_next, sort_by_body, to_dquat};
+use crate::rigid::{Body, InertiaMark, Lookup, Wrench, find_by, find_next, sort_by_body, to_dquat};
 
 /// The largest speed whose square is finite.
 #[cfg(feature = "f32")]
@@ -205,6 +205,9 @@ pub(crate) struct Load {
 pub(crate) struct SteadyTurn {
     pub body: RigidBodyHandle,
     pub after: TurnAfter,
+    /// The inertia with which the rotation was computed. Rapier recomputes that of a body whose mass or shape was
+    /// changed only in its step.
+    pub inertia: InertiaMark,
     /// The angular impulse of fields with which it begins.
     pub twist: DVec3,
     /// True if Rapier's gyroscopic term was on, and is to be turned on again.

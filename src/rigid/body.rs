@@ -1,6 +1,6 @@
 //! A copy of the state of one rigid body, which the stages of a step read in place of Rapier's set.
 
-use super::rotation::{Inertia, to_dquat};
+use super::rotation::{Inertia, InertiaMark, to_dquat};
 use crate::math::{
     AngularInertia, ColliderHandle, DVec3, Pose, Real, RigidBodyHandle, Rotation, Vector, to_dvec3,
 };
@@ -114,6 +114,13 @@ impl Body {
         }
         let inertia = self.inertia();
         inertia.filter(|inertia| balls_too || !inertia.is_spherical())
+    }
+
+    pub(crate) fn inertia_mark(&self) -> InertiaMark {
+        InertiaMark {
+            inverse_moments: self.inv_principal_inertia,
+            frame: self.principal_frame,
+        }
     }
 
     /// The angular momentum about the centre of mass, in world axes, of a body with this inertia.

@@ -27,7 +27,9 @@ pub(crate) use mobility::{
     Mobility, cross_matrix, eigen, join, of_wrench, pair, rounded, six, velocities,
 };
 pub(crate) use ordered::{find, find_by, find_next, find_next_place, is_in_order, sort_by_body};
-pub(crate) use rotation::{COMPOSED_ENERGY_ERROR, ENERGY_ERROR, Inertia, steady_angvel, to_dquat};
+pub(crate) use rotation::{
+    COMPOSED_ENERGY_ERROR, ENERGY_ERROR, Inertia, InertiaMark, steady_angvel, to_dquat,
+};
 pub(crate) use slowing::{Slowing, phi1, stopped};
 pub(crate) use state::{RigidState, Turning};
 pub(crate) use taylor_rotation::{Rotor, Top};

@@ -47,6 +47,23 @@ const SMALL_TANGENT: f64 = 0.05;
 /// direction of L is no larger than the spread.
 const SPHERICAL_SPREAD: Real = 64.0 * Real::EPSILON;
 
+/// The principal moments and axes of a body, which differ once its mass or a collider of it has been changed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct InertiaMark {
+    pub inverse_moments: Vector,
+    pub frame: Rotation,
+}
+
+impl InertiaMark {
+    pub(crate) fn of(body: &RigidBody) -> Self {
+        let local = &body.mass_properties().local_mprops;
+        InertiaMark {
+            inverse_moments: local.inv_principal_inertia,
+            frame: local.principal_inertia_local_frame,
+        }
+    }
+}
+
 /// The rotational inertia of a free rigid body.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Inertia {
