@@ -2,7 +2,7 @@
 
 use super::constrained::Constraints;
 use super::world::WorldMut;
-use crate::integrate::{Arrived, Load, Motions, Redone, TurnAfter, VelocityUpdate};
+use crate::integrate::{Arrived, Load, Motions, Redone, StepWarning, TurnAfter, VelocityUpdate};
 use crate::math::{
     ColliderHandle, ColliderSet, DVec3, Pose, Real, RigidBodyHandle, RigidBodySet, Vector,
     from_dvec3,
@@ -17,6 +17,8 @@ pub(crate) struct ForceOverride {
     body: RigidBodyHandle,
     force: Vector,
     torque: Vector,
+    /// The mass for which the forces of fields were computed.
+    mass: Real,
 }
 
 /// Writes new velocities; returns the number of updates.
@@ -74,10 +76,28 @@ pub(crate) fn apply(bodies: &mut RigidBodySet, loads: &[Load], overrides: &mut V
             body: load.body,
             force: body.user_force(),
             torque: body.user_torque(),
+            mass: body.mass(),
         });
         body.add_force(load.wrench.force, load.wake);
         body.add_torque(load.wrench.torque, load.wake);
     }
+}
+
+/// The bodies whose mass Rapier's step has changed since fields were added to their forces: masses are those before and
+/// after.
+pub(crate) fn reweighed(
+    bodies: &RigidBodySet,
+    overrides: &[ForceOverride],
+) -> impl Iterator<Item = StepWarning> {
+    overrides.iter().filter_map(|own| {
+        let (body, before) = (own.body, own.mass);
+        let after = bodies.get(body)?.mass();
+        (after != before).then_some(StepWarning::MassChanged {
+            body,
+            before,
+            after,
+        })
+    })
 }
 
 /// Restores the users' forces bit for bit, by a reset, because (u + f) − f is not u in general. Returns the number of

@@ -130,6 +130,22 @@ pub enum StepWarning {
         /// The largest that Rapier allows.
         limit: Real,
     },
+    /// The mass of a body was changed since the last step, by a change of a shape, a density or a mass. Rapier
+    /// recomputes it only within its step, so a force that fields applied there was that on the mass before. The next
+    /// step is right again. Only bodies are looked at to which fields apply a force: those that Rapier's solver holds,
+    /// and all under schemes that do so. Call `RigidBody::recompute_mass_properties_from_colliders` with each such
+    /// change to avoid this.
+    #[error(
+        "fields applied the force on a mass of {before} to {body:?}, which has one of {after} since this step; recompute its mass when you change it"
+    )]
+    MassChanged {
+        /// The body.
+        body: RigidBodyHandle,
+        /// The mass for which its force was computed.
+        before: Real,
+        /// The mass in Rapier's step.
+        after: Real,
+    },
     /// A body is so far from the origin of the world that rounding changes its energy noticeably: neighbouring numbers
     /// are `spacing` apart there, a body at the speed below which Rapier lets bodies sleep would move by less in a step,
     /// and this one moves by less than ten of them. Fields that act on it work along the rounded path. Bodies

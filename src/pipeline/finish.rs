@@ -120,6 +120,8 @@ impl FieldPipeline {
             self.warnings.push(StepWarning::HooksNotGiven);
         }
         let began = state.time;
+        let reweighed = bridge::reweighed(world.bodies, &record.overrides);
+        self.warnings.extend(reweighed);
         let mut written = bridge::restore(world.bodies, &record.overrides);
         bridge::finish(world, &mut open.motions);
         bridge::give_back(world.soft_bodies, &record.lent);

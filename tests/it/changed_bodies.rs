@@ -1,9 +1,10 @@
 //! Bodies that are added, removed or changed between steps: only these are evaluated before the step, with the same
 //! bits as if all were.
 
-use rapier3d_fields::Detection;
 use rapier3d_fields::field::Turbulence;
 use rapier3d_fields::prelude::*;
+use rapier3d_fields::rapier::prelude::FixedJointBuilder;
+use rapier3d_fields::{Detection, StepWarning};
 
 use crate::support::bits::bits;
 
@@ -140,6 +141,70 @@ fn a_body_whose_shape_or_mass_is_changed_keeps_its_angular_velocity() {
                 let off = (world.bodies[body].angvel() - before).length();
                 // A free top of these moments turns its angular velocity by less than 0.1 rad a step.
                 assert!(off < 0.5, "{name}, {scheme:?}, {changes_shape}: {off}");
+            }
+        }
+    }
+}
+
+/// A body that Rapier's solver holds, and every body under schemes that apply forces within Rapier's step, has the
+/// force on the mass before in the step after a change, unless the mass is recomputed with the change.
+#[test]
+fn a_force_on_a_mass_that_was_changed_is_warned_of() {
+    let g = Vector::Y * -9.81;
+    for (scheme, held) in [
+        (Scheme::KickDriftKick, true),
+        (Scheme::Forward4, true),
+        (Scheme::ExternalForce, true),
+        (Scheme::ExternalForce, false),
+        (Scheme::KickDriftKick, false),
+    ] {
+        for recomputes in [false, true] {
+            let mut world = PhysicsWorld::new();
+            world.gravity = Vector::ZERO;
+            let body = |at| RigidBodyBuilder::dynamic().translation(at).can_sleep(false);
+            let (body, other) = (body(Vector::ZERO), body(Vector::X * 2.0));
+            let (body, collider) = world.insert(body, ColliderBuilder::cuboid(0.5, 0.4, 0.3));
+            let (other, _) = world.insert(other, ColliderBuilder::cuboid(0.3, 0.3, 0.3));
+            if held {
+                let joint = FixedJointBuilder::new().local_anchor1(Vector::X);
+                let joint = joint.local_anchor2(-Vector::X);
+                world.impulse_joints.insert(body, other, joint, true);
+            }
+            let gravity = Field::uniform(g).force_mode(ForceMode::Acceleration);
+            let mut fields = Fields::new(gravity).expect("a valid tree");
+            fields.settings.scheme = scheme;
+            for _ in 0..3 {
+                fields.step(&mut world).expect("a step");
+            }
+            world.colliders[collider].set_shape(SharedShape::cuboid(0.1, 0.08, 0.06));
+            if recomputes {
+                let PhysicsWorld {
+                    bodies, colliders, ..
+                } = &mut world;
+                bodies[body].recompute_mass_properties_from_colliders(colliders);
+            }
+            let before = world.bodies[body].linvel().y;
+            let mut told = Vec::new();
+            for _ in 0..3 {
+                fields.step(&mut world).expect("a step");
+                told.extend_from_slice(fields.warnings());
+            }
+            let is_told = matches!(told[..], [StepWarning::MassChanged { body: of, before, after }]
+                if of == body && (before / after - 125.0).abs() < 0.1);
+            let applies = held || scheme == Scheme::ExternalForce;
+            assert_eq!(
+                is_told,
+                applies && !recomputes,
+                "{scheme:?} {held} {told:?}"
+            );
+            if !is_told {
+                assert!(told.is_empty(), "{scheme:?} {held} {told:?}");
+                let fell = world.bodies[body].linvel().y - before;
+                let due = g.y * 3.0 * world.integration_parameters.dt;
+                assert!(
+                    (fell / due - 1.0).abs() < 0.02,
+                    "{scheme:?} {held}: {fell} of {due}"
+                );
             }
         }
     }

@@ -380,6 +380,7 @@ pub fn body_of(warning: &StepWarning) -> Option<RigidBodyHandle> {
         | StepWarning::AbruptForce { body, .. }
         | StepWarning::LeftOut { body, .. }
         | StepWarning::Quarantined { body, .. }
+        | StepWarning::MassChanged { body, .. }
         | StepWarning::RotationCapped { body, .. } => Some(*body),
         _ => None,
     }
