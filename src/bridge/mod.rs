@@ -32,6 +32,6 @@ pub(crate) use stepped::{Made, StepMark, Stepped};
 pub(crate) use undo::Undo;
 pub(crate) use visit::Visit;
 pub(crate) use write::{
-    ForceOverride, Push, apply, finish, let_precess, place, push, quarantine, restore, reweighed,
-    rouse, set_hooks, weigh, write,
+    ForceOverride, Push, apply, finish, let_precess, place, push, quarantine, restore, rouse,
+    set_hooks, weigh, write,
 };

@@ -83,32 +83,28 @@ pub(crate) fn apply(bodies: &mut RigidBodySet, loads: &[Load], overrides: &mut V
     }
 }
 
-/// The bodies whose mass Rapier's step has changed since fields were added to their forces: masses are those before and
-/// after.
-pub(crate) fn reweighed(
-    bodies: &RigidBodySet,
-    overrides: &[ForceOverride],
-) -> impl Iterator<Item = StepWarning> {
-    overrides.iter().filter_map(|own| {
-        let (body, before) = (own.body, own.mass);
-        let after = bodies.get(body)?.mass();
-        (after != before).then_some(StepWarning::MassChanged {
-            body,
-            before,
-            after,
-        })
-    })
-}
-
 /// Restores the users' forces bit for bit, by a reset, because (u + f) − f is not u in general. Returns the number of
-/// bodies.
-pub(crate) fn restore(bodies: &mut RigidBodySet, overrides: &[ForceOverride]) -> usize {
+/// bodies, and warns of those whose mass Rapier's step has changed.
+pub(crate) fn restore(
+    bodies: &mut RigidBodySet,
+    overrides: &[ForceOverride],
+    mut warn: impl FnMut(StepWarning),
+) -> usize {
     for own in overrides {
         if let Some(body) = bodies.get_mut(own.body) {
             body.reset_forces(false);
             body.reset_torques(false);
             body.add_force(own.force, false);
             body.add_torque(own.torque, false);
+            let (before, after) = (own.mass, body.mass());
+            if after != before {
+                let body = own.body;
+                warn(StepWarning::MassChanged {
+                    body,
+                    before,
+                    after,
+                });
+            }
         }
     }
     overrides.len()

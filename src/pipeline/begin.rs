@@ -383,7 +383,7 @@ impl FieldPipeline {
 
 /// Takes back the writes of a step that was never finished.
 pub(super) fn take_back(open: &OpenRecord, world: &mut WorldMut<'_>) {
-    bridge::restore(world.bodies, &open.overrides);
+    bridge::restore(world.bodies, &open.overrides, |_| ());
     bridge::let_precess(world.bodies, &open.steady);
     bridge::give_back(world.soft_bodies, &open.lent);
 }

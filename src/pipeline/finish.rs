@@ -120,9 +120,8 @@ impl FieldPipeline {
             self.warnings.push(StepWarning::HooksNotGiven);
         }
         let began = state.time;
-        let reweighed = bridge::reweighed(world.bodies, &record.overrides);
-        self.warnings.extend(reweighed);
-        let mut written = bridge::restore(world.bodies, &record.overrides);
+        let overrides = &record.overrides;
+        let mut written = bridge::restore(world.bodies, overrides, |it| self.warnings.push(it));
         bridge::finish(world, &mut open.motions);
         bridge::give_back(world.soft_bodies, &record.lent);
         if let Some(flight) = &open.soft {
