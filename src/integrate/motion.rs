@@ -205,8 +205,8 @@ pub(crate) struct Load {
 pub(crate) struct SteadyTurn {
     pub body: RigidBodyHandle,
     pub after: TurnAfter,
-    /// The inertia with which the rotation was computed. Rapier recomputes that of a body whose mass or shape was
-    /// changed only in its step.
+    /// The inertia with which the rotation was computed: if the mass or a shape of the body was changed before, Rapier
+    /// recomputes it within its step.
     pub inertia: InertiaMark,
     /// The angular impulse of fields with which it begins.
     pub twist: DVec3,

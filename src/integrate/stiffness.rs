@@ -131,8 +131,8 @@ pub enum StepWarning {
         limit: Real,
     },
     /// The mass of a body was changed since the last step, by a change of a shape, a density or a mass. Rapier
-    /// recomputes it only within its step, so a force that fields applied there was that on the mass before. The next
-    /// step is right again. Only bodies are looked at to which fields apply a force: those that Rapier's solver holds,
+    /// recomputes it only within its step, so a force that fields applied there was that on the mass before. Where
+    /// joints hold the body, the next steps may show its effect, too. Only bodies are looked at to which fields apply a force: those that Rapier's solver holds,
     /// and all under schemes that do so. Call `RigidBody::recompute_mass_properties_from_colliders` with each such
     /// change to avoid this.
     #[error(

@@ -136,8 +136,8 @@ fn a_body_whose_shape_or_mass_is_changed_keeps_its_angular_velocity() {
                 let before = world.bodies[body].angvel();
                 fields.step(&mut world).expect("a step");
                 let off = (world.bodies[body].angvel() - before).length();
-                // A free top of these moments turns its angular velocity by less than 0.1 rad a step.
-                assert!(off < 0.5, "{name}, {scheme:?}, {changes_shape}: {off}");
+                // The largest is 0.022 rad/s: a free top turns its angular velocity.
+                assert!(off < 0.03, "{name}, {scheme:?}, {changes_shape}: {off}");
             }
         }
     }
@@ -181,10 +181,19 @@ fn a_force_on_a_mass_that_was_changed_is_warned_of() {
                 bodies[body].recompute_mass_properties_from_colliders(colliders);
             }
             let before = world.bodies[body].linvel().y;
-            let mut told = Vec::new();
-            for _ in 0..3 {
+            fields.step(&mut world).expect("a step");
+            let mut told = fields.warnings().to_vec();
+            let after = world.bodies[body].linvel().y;
+            for _ in 0..2 {
                 fields.step(&mut world).expect("a step");
                 told.extend_from_slice(fields.warnings());
+            }
+            let dt = world.integration_parameters.dt;
+            let later = world.bodies[body].linvel().y - after;
+            // Not of a held body that got the force on its old mass: 0.23 to 11 times its fall was seen.
+            if !held || recomputes {
+                let share = later / (g.y * 2.0 * dt);
+                assert!((share - 1.0).abs() < 1e-3, "{scheme:?} {held}: {share}");
             }
             let is_told = matches!(told[..], [StepWarning::MassChanged { body: of, before, after }]
                 if of == body && (before / after - 125.0).abs() < 0.1);
