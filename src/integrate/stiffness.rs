@@ -131,10 +131,10 @@ pub enum StepWarning {
         limit: Real,
     },
     /// The mass of a body was changed since the last step, by a change of a shape, a density or a mass. Rapier
-    /// recomputes it only within its step, so a force that fields applied there was that on the mass before. Where
-    /// joints hold the body, the next steps may show its effect, too. Only bodies are looked at to which fields apply a force: those that Rapier's solver holds,
-    /// and all under schemes that do so. Call `RigidBody::recompute_mass_properties_from_colliders` with each such
-    /// change to avoid this.
+    /// recomputes it only within its step, so a force that fields applied there was that on the mass before. The forces
+    /// of later steps are right; what the push has moved stays moved. Only bodies are looked at to which fields apply
+    /// a force: those that Rapier's solver holds, and all under schemes that do so. Call
+    /// `RigidBody::recompute_mass_properties_from_colliders` with each such change to avoid this.
     #[error(
         "fields applied the force on a mass of {before} to {body:?}, which has one of {after} since this step; recompute its mass when you change it"
     )]
