@@ -33,11 +33,15 @@ pub fn from_dvec3(v: DVec3) -> Vector {
     v
 }
 
+/// `rotation` in 64-bit precision, normalised again, since Rapier's has unit length only to the rounding of [`Real`].
+pub(crate) fn to_dquat(rotation: Rotation) -> DQuat {
+    let [x, y, z, w] = rotation.to_array().map(to_f64);
+    DQuat::from_xyzw(x, y, z, w).normalize()
+}
+
 /// `pose` in 64-bit precision, its rotation renormalised.
 pub fn to_dpose3(pose: &Pose) -> DPose3 {
-    let r = pose.rotation;
-    let quat = DQuat::from_xyzw(to_f64(r.x), to_f64(r.y), to_f64(r.z), to_f64(r.w));
-    DPose3::from_parts(to_dvec3(pose.translation), quat.normalize())
+    DPose3::from_parts(to_dvec3(pose.translation), to_dquat(pose.rotation))
 }
 
 /// `pose` rounded to [`Real`], its rotation renormalised.

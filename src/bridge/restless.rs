@@ -371,7 +371,7 @@ fn pushes(pair: &ContactPair, first: bool) -> impl Iterator<Item = Vector> + '_ 
 
 /// The radius of gyration about the axis of least inertia.
 fn radius(body: &Body) -> Real {
-    let easiest = body.inv_principal_inertia.max_element();
+    let easiest = body.principal_inertia.inverse.max_element();
     if easiest > 0.0 {
         return (body.inv_mass.max_element() / easiest).sqrt();
     }

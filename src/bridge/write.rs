@@ -5,11 +5,11 @@ use super::world::WorldMut;
 use crate::integrate::{Arrived, Load, Motions, Redone, StepWarning, TurnAfter, VelocityUpdate};
 use crate::math::{
     ColliderHandle, ColliderSet, DVec3, Pose, Real, RigidBodyHandle, RigidBodySet, Vector,
-    from_dvec3,
+    from_dvec3, to_dquat,
 };
 use crate::rapier::dynamics::RigidBody;
 use crate::rapier::pipeline::ActiveHooks;
-use crate::rigid::{Body, Inertia, InertiaMark, MidStepImpact, to_dquat};
+use crate::rigid::{Body, Inertia, MidStepImpact, PrincipalInertia};
 
 /// The user's force and torque on a body, while those of fields are added to them.
 #[derive(Clone, Copy, Debug)]
@@ -135,7 +135,9 @@ pub(crate) fn finish(world: &mut WorldMut<'_>, motions: &mut Motions) {
             body.enable_gyroscopic_forces(true);
         }
         // A body whose inertia has changed since keeps its angular velocity, as under Rapier alone.
-        if is_at_rest(body) || turn.inertia != InertiaMark::of(body) {
+        if is_at_rest(body)
+            || turn.inertia != PrincipalInertia::of(&body.mass_properties().local_mprops)
+        {
             continue;
         }
         let bounced = motions.has_bounced(turn.body);

@@ -3,7 +3,7 @@
 use super::starts::{BodyStart, pivot};
 use crate::math::{DQuat, DVec3, Vector, to_dpose3, to_dvec3};
 use crate::rapier::dynamics::{LockedAxes, RigidBody};
-use crate::rigid::{Rotor, to_dquat};
+use crate::rigid::{PrincipalInertia, Rotor};
 
 /// The response of a body to impulses, without its place.
 #[derive(Clone, Copy, Debug)]
@@ -32,7 +32,6 @@ pub(super) struct ContactBody {
 impl Resistance {
     pub(super) fn of(body: &RigidBody) -> Self {
         let properties = body.mass_properties();
-        let local = &properties.local_mprops;
         let locked = body.locked_axes();
         let free = |axis: LockedAxes| f64::from(u8::from(!locked.contains(axis)));
         let may_turn = DVec3::new(
@@ -41,10 +40,7 @@ impl Resistance {
             free(LockedAxes::ROTATION_LOCKED_Z),
         );
         let rotor = if body.is_dynamic() {
-            Rotor {
-                inverse_moments: to_dvec3(local.inv_principal_inertia),
-                principal_to_body: to_dquat(local.principal_inertia_local_frame),
-            }
+            Rotor::of(PrincipalInertia::of(&properties.local_mprops))
         } else {
             // For an open mesh both may be NaN.
             Rotor {

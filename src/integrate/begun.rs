@@ -4,10 +4,8 @@ use super::StepContext;
 use super::coupling::Besides;
 use super::evaluation::Evaluation;
 use super::motion::{Completion, Faster, Motions, Resolved, VelocityUpdate, bearable, kicked};
-use crate::math::{DVec3, Real, RigidBodyHandle, Vector, from_f64, to_dvec3, to_f64};
-use crate::rigid::{
-    Body, Lookup, MidStepImpact, Mobility, Wrench, find_by, rounded, to_dquat, velocities,
-};
+use crate::math::{DVec3, Real, RigidBodyHandle, Vector, from_f64, to_dquat, to_dvec3, to_f64};
+use crate::rigid::{Body, Lookup, MidStepImpact, Mobility, Wrench, find_by, rounded, velocities};
 
 /// The results of the half before Rapier's step that the half after it needs.
 #[derive(Clone, Copy)]

@@ -8,11 +8,11 @@ use super::free_motion::FreeMotion;
 use super::implicit::implicit_change;
 use super::method::Method;
 use super::motion::{Completion, Faster, Load, Motions, Start, VelocityUpdate, bearable, kicked};
-use crate::math::{DVec3, Real, Vector, from_dvec3, to_dvec3, to_f64};
+use crate::math::{DVec3, Real, Vector, from_dvec3, to_dquat, to_dvec3, to_f64};
 use crate::number::{constant, real};
 use crate::rapier::na::Vector6;
 use crate::rigid::{
-    Body, Lookup, Mobility, Wrench, of_wrench, pair, rounded, six, stopped, to_dquat, velocities,
+    Body, Lookup, Mobility, Wrench, of_wrench, pair, rounded, six, stopped, velocities,
 };
 
 /// A force that a kick has changed by more than this share is evaluated again in the next step: for one that grows with

@@ -131,7 +131,7 @@ fn correct(
         motions.turns.push(SteadyTurn {
             body: state.body,
             after,
-            inertia: body.inertia_mark(),
+            inertia: body.principal_inertia,
             twist,
             gyroscopic: body.gyroscopic,
             damped: lag.is_none(),

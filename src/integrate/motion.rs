@@ -6,8 +6,8 @@ use super::fault::Fault;
 use super::pace::Pace;
 use super::plan::StepPlan;
 use super::reaction::Reactions;
-use crate::math::{DVec3, Real, RigidBodyHandle, Vector, from_dvec3, to_dvec3};
-use crate::rigid::{Body, InertiaMark, Lookup, Wrench, find_by, find_next, sort_by_body, to_dquat};
+use crate::math::{DVec3, Real, RigidBodyHandle, Vector, from_dvec3, to_dquat, to_dvec3};
+use crate::rigid::{Body, Lookup, PrincipalInertia, Wrench, find_by, find_next, sort_by_body};
 
 /// The largest speed whose square is finite.
 #[cfg(feature = "f32")]
@@ -207,7 +207,7 @@ pub(crate) struct SteadyTurn {
     pub after: TurnAfter,
     /// The inertia with which the rotation was computed: if the mass or a shape of the body was changed before, Rapier
     /// recomputes it within its step.
-    pub inertia: InertiaMark,
+    pub inertia: PrincipalInertia,
     /// The angular impulse of fields with which it begins.
     pub twist: DVec3,
     /// True if Rapier's gyroscopic term was on, and is to be turned on again.

@@ -2,10 +2,10 @@
 
 use super::context::StepContext;
 use crate::field::{Anchor, Frame, Frames};
-use crate::math::{DQuat, DVec3, Pose, RigidBodyHandle, Rotation};
+use crate::math::{DQuat, DVec3, Pose, RigidBodyHandle, Rotation, to_dquat};
 use crate::math::{Vector, from_dvec3, from_f64, to_dvec3, to_f64};
 use crate::rapier::dynamics::{RigidBody, RigidBodyType};
-use crate::rigid::{Lookup, RigidState, is_sound, to_dquat, world_com};
+use crate::rigid::{Lookup, RigidState, is_sound, world_com};
 
 /// The predicted motion of a body within a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -5,8 +5,8 @@
 //! from the previous steps, which is exact for a body at rest or at its terminal velocity.
 
 use super::coupling::Besides;
-use crate::math::{Real, RigidBodyHandle, Vector, to_dvec3};
-use crate::rigid::{Body, find_by, is_in_order, six, sort_by_body, to_dquat};
+use crate::math::{Real, RigidBodyHandle, Vector, to_dquat, to_dvec3};
+use crate::rigid::{Body, find_by, is_in_order, six, sort_by_body};
 
 /// The loaded bodies whose forces read velocities, in the order of their handles.
 #[derive(Clone, Debug, Default)]

@@ -11,8 +11,8 @@ use super::predicted::from_dquat;
 use super::resolve::Begins;
 use super::stiffness::{StepWarning, Treatment};
 use super::{Integrator, StepContext};
-use crate::math::{Pose, RigidBodyHandle, Vector, from_dvec3, to_f64};
-use crate::rigid::{Body, Lookup, RigidState, Turning, Wrench, to_dquat};
+use crate::math::{Pose, RigidBodyHandle, Vector, from_dvec3, to_dquat, to_f64};
+use crate::rigid::{Body, Lookup, RigidState, Turning, Wrench};
 
 /// The state of a body after its step was repeated.
 #[derive(Clone, Copy, Debug)]

@@ -97,7 +97,7 @@ impl Spins {
         motions.turns.push(SteadyTurn {
             body: body.handle,
             after: TurnAfter::Momentum(DVec3::ZERO),
-            inertia: body.inertia_mark(),
+            inertia: body.principal_inertia,
             twist,
             gyroscopic: true,
             damped: false,

@@ -1,8 +1,9 @@
 //! A copy of the state of one rigid body, which the stages of a step read in place of Rapier's set.
 
-use super::rotation::{Inertia, InertiaMark, to_dquat};
+use super::principal_inertia::PrincipalInertia;
+use super::rotation::Inertia;
 use crate::math::{
-    AngularInertia, ColliderHandle, DVec3, Pose, Real, RigidBodyHandle, Rotation, Vector, to_dvec3,
+    AngularInertia, ColliderHandle, DVec3, Pose, Real, RigidBodyHandle, Vector, to_dquat, to_dvec3,
 };
 use crate::rapier::dynamics::RigidBody;
 
@@ -20,8 +21,7 @@ pub(crate) struct Body {
     pub inv_mass: Vector,
     /// In world axes, zero about locked ones.
     pub inv_inertia: AngularInertia,
-    pub inv_principal_inertia: Vector,
-    pub principal_frame: Rotation,
+    pub principal_inertia: PrincipalInertia,
     pub rotation_locked: [bool; 3],
     /// True if Rapier applies gyroscopic forces to it.
     pub gyroscopic: bool,
@@ -75,8 +75,7 @@ impl Body {
             mass: body.mass(),
             inv_mass: properties.effective_inv_mass,
             inv_inertia: properties.effective_world_inv_inertia,
-            inv_principal_inertia: local.inv_principal_inertia,
-            principal_frame: local.principal_inertia_local_frame,
+            principal_inertia: PrincipalInertia::of(local),
             rotation_locked: body.is_rotation_locked(),
             gyroscopic: body.gyroscopic_forces_enabled(),
             sleeping: body.is_sleeping(),
@@ -99,7 +98,7 @@ impl Body {
     /// The inertia of the body, or `None` if an axis cannot turn.
     pub(crate) fn inertia(&self) -> Option<Inertia> {
         let free = self.rotation_locked == [false; 3];
-        free.then(|| Inertia::of_moments(self.inv_principal_inertia, self.principal_frame))
+        free.then(|| Inertia::of_principal(self.principal_inertia))
             .flatten()
     }
 
@@ -107,20 +106,13 @@ impl Body {
     /// turns, no axis is locked, gyroscopic forces are on, and its moments differ (which is not required with
     /// `balls_too`). `None` if Rapier is to turn it.
     pub(crate) fn free_top(&self, angvel: Vector, balls_too: bool) -> Option<Inertia> {
-        let [x, y, z] = self.inv_principal_inertia.to_array();
+        let [x, y, z] = self.principal_inertia.inverse.to_array();
         let round = !balls_too && x == y && y == z;
         if angvel == Vector::ZERO || !self.gyroscopic || round {
             return None;
         }
         let inertia = self.inertia();
         inertia.filter(|inertia| balls_too || !inertia.is_spherical())
-    }
-
-    pub(crate) fn inertia_mark(&self) -> InertiaMark {
-        InertiaMark {
-            inverse_moments: self.inv_principal_inertia,
-            frame: self.principal_frame,
-        }
     }
 
     /// The angular momentum about the centre of mass, in world axes, of a body with this inertia.

@@ -2,9 +2,9 @@
 //! of vectors and vectors of six.
 
 use super::body::Body;
-use super::rotation::to_dquat;
+use super::taylor_rotation::Rotor;
 use super::wrench::Wrench;
-use crate::math::{DVec3, Vector, from_dvec3, to_dvec3, to_f64};
+use crate::math::{DQuat, DVec3, Vector, from_dvec3, to_dquat, to_dvec3, to_f64};
 use crate::rapier::math::AngularInertia;
 use crate::rapier::na::{Matrix3, Matrix6, SymmetricEigen, U6, Vector3, Vector6};
 
@@ -149,8 +149,7 @@ pub(crate) fn cross_matrix(v: DVec3) -> Matrix3<f64> {
 /// The parts of a body's inverse inertia from which the inverse inertia in world axes follows at any attitude.
 pub(crate) fn turned_inertia(body: &Body) -> TurnedInertia {
     TurnedInertia {
-        inverse: to_dvec3(body.inv_principal_inertia),
-        principal_to_body: to_dquat(body.principal_frame),
+        rotor: Rotor::of(body.principal_inertia),
         locked: body.rotation_locked,
     }
 }
@@ -166,18 +165,20 @@ impl Body {
 /// Made by [`turned_inertia`].
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct TurnedInertia {
-    inverse: DVec3,
-    principal_to_body: crate::math::DQuat,
+    rotor: Rotor,
     locked: [bool; 3],
 }
 
 impl TurnedInertia {
     /// The inverse inertia in world axes at an attitude. Locked axes are those of the world, as in Rapier.
-    pub(crate) fn at(&self, attitude: crate::math::DQuat) -> Matrix3<f64> {
-        let to_world = attitude * self.principal_to_body;
+    pub(crate) fn at(&self, attitude: DQuat) -> Matrix3<f64> {
+        let to_world = self.rotor.principal_to_world(attitude);
         let columns = DVec3::AXES.map(|axis| to_world * axis);
         let mut inertia = Matrix3::zeros();
-        for (column, inverse) in columns.into_iter().zip(self.inverse.to_array()) {
+        for (column, inverse) in columns
+            .into_iter()
+            .zip(self.rotor.inverse_moments.to_array())
+        {
             let column = Vector3::from(column.to_array());
             inertia += column * column.transpose() * inverse;
         }
@@ -190,9 +191,9 @@ impl TurnedInertia {
 
     /// The angular momentum at an angular velocity, in world axes. A principal axis whose inverse moment is zero adds
     /// nothing to it.
-    pub(crate) fn momentum(&self, attitude: crate::math::DQuat, angvel: DVec3) -> DVec3 {
-        let to_world = attitude * self.principal_to_body;
-        let moments = self.inverse.to_array().map(inverse_or_zero);
+    pub(crate) fn momentum(&self, attitude: DQuat, angvel: DVec3) -> DVec3 {
+        let to_world = self.rotor.principal_to_world(attitude);
+        let moments = self.rotor.inverse_moments.to_array().map(inverse_or_zero);
         to_world * (DVec3::from_array(moments) * (to_world.inverse() * angvel))
     }
 }

@@ -7,6 +7,7 @@ mod impact;
 mod lookup;
 mod mobility;
 mod ordered;
+mod principal_inertia;
 mod rotation;
 mod slowing;
 mod small_turn;
@@ -27,9 +28,8 @@ pub(crate) use mobility::{
     Mobility, cross_matrix, eigen, join, of_wrench, pair, rounded, six, velocities,
 };
 pub(crate) use ordered::{find, find_by, find_next, find_next_place, is_in_order, sort_by_body};
-pub(crate) use rotation::{
-    COMPOSED_ENERGY_ERROR, ENERGY_ERROR, Inertia, InertiaMark, steady_angvel, to_dquat,
-};
+pub(crate) use principal_inertia::PrincipalInertia;
+pub(crate) use rotation::{COMPOSED_ENERGY_ERROR, ENERGY_ERROR, Inertia, steady_angvel};
 pub(crate) use slowing::{Slowing, phi1, stopped};
 pub(crate) use state::{RigidState, Turning};
 pub(crate) use taylor_rotation::{Rotor, Top};

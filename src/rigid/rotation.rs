@@ -15,9 +15,10 @@
 //! `f64` in both builds, and results are rounded once: the rounding of `f32` is biased over many steps,
 //! and the conversion costs nothing.
 
+use super::principal_inertia::PrincipalInertia;
 use super::small_turn::{AxisCoupling, SeriesPlan, series_error};
 use super::taylor_rotation::Rotor;
-use crate::math::{DQuat, DVec3, Real, Rotation, Vector, from_dvec3, to_dvec3, to_f64};
+use crate::math::{DQuat, DVec3, Real, Vector, from_dvec3, to_dquat, to_dvec3, to_f64};
 use crate::number::{Plain, constant};
 use crate::rapier::dynamics::{MassProperties, RigidBody};
 
@@ -47,23 +48,6 @@ const SMALL_TANGENT: f64 = 0.05;
 /// direction of L is no larger than the spread.
 const SPHERICAL_SPREAD: Real = 64.0 * Real::EPSILON;
 
-/// The principal moments and axes of a body, which differ once its mass or a collider of it has been changed.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct InertiaMark {
-    pub inverse_moments: Vector,
-    pub frame: Rotation,
-}
-
-impl InertiaMark {
-    pub(crate) fn of(body: &RigidBody) -> Self {
-        let local = &body.mass_properties().local_mprops;
-        InertiaMark {
-            inverse_moments: local.inv_principal_inertia,
-            frame: local.principal_inertia_local_frame,
-        }
-    }
-}
-
 /// The rotational inertia of a free rigid body.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Inertia {
@@ -83,24 +67,20 @@ impl Inertia {
             .flatten()
     }
 
-    /// From mass properties, or `None` if a principal moment is zero, infinite or NaN. Rapier
-    /// writes the inverse of both zero and infinity as zero.
+    /// From mass properties; see [`Inertia::of_principal`].
     pub(crate) fn new(mass_properties: &MassProperties) -> Option<Self> {
-        Self::of_moments(
-            mass_properties.inv_principal_inertia,
-            mass_properties.principal_inertia_local_frame,
-        )
+        Self::of_principal(PrincipalInertia::of(mass_properties))
     }
 
-    /// From the inverses of the principal moments, and the rotation of their axes in the body.
-    pub(crate) fn of_moments(inv_principal_inertia: Vector, frame: Rotation) -> Option<Self> {
-        let inverse_moments = to_dvec3(inv_principal_inertia);
+    /// `None` if a principal moment is zero, infinite or NaN.
+    pub(crate) fn of_principal(principal: PrincipalInertia) -> Option<Self> {
+        let inverse_moments = to_dvec3(principal.inverse);
         let moments = inverse_moments.recip();
         let usable = |v: DVec3| v.is_finite() && v.min_element() > 0.0;
         (usable(inverse_moments) && usable(moments)).then(|| Self {
             moments,
             inverse_moments,
-            principal_to_body: to_dquat(frame),
+            principal_to_body: to_dquat(principal.frame),
         })
     }
 
@@ -358,10 +338,4 @@ pub(super) fn tangent_ratio<N: Plain>(y2: N) -> N {
     let [highest, rest @ ..] = TERMS;
     rest.iter()
         .fold(highest.into(), |sum: N, term| sum * y2 + *term)
-}
-
-/// `rotation` in 64-bit precision, normalised again, since Rapier's has unit length only to the rounding of [`Real`].
-pub(crate) fn to_dquat(rotation: Rotation) -> DQuat {
-    let [x, y, z, w] = rotation.to_array().map(to_f64);
-    DQuat::from_xyzw(x, y, z, w).normalize()
 }

@@ -2,10 +2,10 @@
 
 use super::body::Body;
 use super::mobility::{self, Mobility, TurnedInertia, pair, six};
-use super::rotation::{Inertia, to_dquat};
+use super::rotation::Inertia;
 use super::slowing::{phi1, stopped};
 use super::wrench::Wrench;
-use crate::math::{DQuat, DVec3, RigidBodyHandle, to_dvec3, to_f64};
+use crate::math::{DQuat, DVec3, RigidBodyHandle, to_dquat, to_dvec3, to_f64};
 use crate::number::{constant, real};
 use crate::rapier::na::Vector6;
 

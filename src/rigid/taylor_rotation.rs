@@ -4,7 +4,8 @@
 //! rotation over a whole step. Euler's equations and that of the attitude are polynomials, so their Taylor series
 //! follow from products of series. The motion is pieced together from such series.
 
-use crate::math::{DQuat, DVec3};
+use super::principal_inertia::PrincipalInertia;
+use crate::math::{DQuat, DVec3, to_dquat, to_dvec3};
 
 /// Order of the Taylor series.
 const ORDER: usize = 18;
@@ -52,6 +53,13 @@ struct SeriesPiece {
 }
 
 impl Rotor {
+    pub(crate) fn of(principal: PrincipalInertia) -> Self {
+        Rotor {
+            inverse_moments: to_dvec3(principal.inverse),
+            principal_to_body: to_dquat(principal.frame),
+        }
+    }
+
     /// Returns true if the body can turn about all axes.
     pub(crate) fn is_free(&self) -> bool {
         let moments = self.inverse_moments.recip();
@@ -64,7 +72,7 @@ impl Rotor {
         x == y && y == z
     }
 
-    fn principal_to_world(&self, attitude: DQuat) -> DQuat {
+    pub(super) fn principal_to_world(&self, attitude: DQuat) -> DQuat {
         attitude * self.principal_to_body
     }
 

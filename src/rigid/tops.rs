@@ -5,9 +5,10 @@
 //! Φ/dt · tan(y)/y, as each substep turns by 2y = |Φ| / substeps.
 
 use super::body::Body;
-use super::rotation::{Inertia, steady_angvel, tangent_ratio, to_dquat};
+use super::principal_inertia::PrincipalInertia;
+use super::rotation::{Inertia, steady_angvel, tangent_ratio};
 use super::small_turn::{AxisCoupling, SeriesOrder, series_error};
-use crate::math::{DVec3, Real, Rotation, Vector, from_dvec3, to_dvec3, to_f64};
+use crate::math::{DVec3, Real, Rotation, Vector, from_dvec3, to_dquat, to_dvec3, to_f64};
 use crate::number::{
     LANES, LaneMask, Lanes, Mask, Number, Quat, Vec3, each_lane, in_registers, length,
 };
@@ -16,10 +17,8 @@ use crate::number::{
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FreeTop {
     attitude: Rotation,
-    /// Takes principal axes to body axes.
-    frame: Rotation,
-    /// About the principal axes; positive and finite.
-    inverse_moments: Vector,
+    /// Its moments are positive and finite.
+    inertia: PrincipalInertia,
     angvel: Vector,
     /// The angular impulse on the body at the beginning of the rotation.
     twist: DVec3,
@@ -47,8 +46,7 @@ impl FreeTop {
     pub(crate) fn new(body: &Body, twist: DVec3, substeps: u32) -> Self {
         FreeTop {
             attitude: body.pose.rotation,
-            frame: body.principal_frame,
-            inverse_moments: body.inv_principal_inertia,
+            inertia: body.principal_inertia,
             angvel: body.angvel,
             twist,
             substeps: body.iterations(substeps).max(1),
@@ -74,7 +72,7 @@ impl FreeTop {
 
     /// The angular velocity by which Rapier carries out a rotation of any size.
     fn steady_angvel(&self, momentum: DVec3, dt: Real) -> Vector {
-        let Some(inertia) = Inertia::of_moments(self.inverse_moments, self.frame) else {
+        let Some(inertia) = Inertia::of_principal(self.inertia) else {
             return self.angvel;
         };
         let rotation = inertia.free_rotation(to_dquat(self.attitude), momentum, to_f64(dt));
@@ -89,10 +87,10 @@ impl LaneSpins {
         let tops = each_lane(|lane| tops.get(lane).unwrap_or(&tops[0]));
         let attitude = quaternions(&tops, |it| it.attitude);
         let to_world = attitude
-            .after(quaternions(&tops, |it| it.frame))
+            .after(quaternions(&tops, |it| it.inertia.frame))
             .normalized();
         let to_principal = to_world.inverse();
-        let inverse_moments = vectors(&tops, |it| to_dvec3(it.inverse_moments));
+        let inverse_moments = vectors(&tops, |it| to_dvec3(it.inertia.inverse));
         let moments = inverse_moments.map(Lanes::recip);
         let angvel = to_principal.rotate(vectors(&tops, |it| to_dvec3(it.angvel)));
         let twist = vectors(&tops, |it| it.twist);
@@ -165,8 +163,10 @@ mod tests {
         let speed = 10_f64.powf(2.0 * random.next() - 1.0);
         FreeTop {
             attitude: quaternion(random),
-            frame: quaternion(random),
-            inverse_moments: from_dvec3(moments.recip()),
+            inertia: PrincipalInertia {
+                inverse: from_dvec3(moments.recip()),
+                frame: quaternion(random),
+            },
             angvel: from_dvec3(random.vector() * speed),
             twist: random.vector() * speed * 0.1,
             substeps: 1 + (random.next().abs() * 5.0) as u32,
@@ -175,8 +175,7 @@ mod tests {
 
     /// The same rotation without lanes.
     fn alone(top: &FreeTop) -> SteadySpin {
-        let inertia =
-            Inertia::of_moments(top.inverse_moments, top.frame).expect("positive moments");
+        let inertia = Inertia::of_principal(top.inertia).expect("positive moments");
         let attitude = to_dquat(top.attitude);
         let momentum = inertia.angular_momentum(attitude, to_dvec3(top.angvel)) + top.twist;
         let rotation: DQuat = inertia.free_rotation(attitude, momentum, 1.0);

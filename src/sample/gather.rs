@@ -11,12 +11,12 @@ use crate::compile::{PartSampling, SamplingRequirements};
 use crate::field::Points;
 use crate::math::{
     ColliderHandle, DMat3, DPose3, DVec3, InteractionGroups, Pose, Real, RigidBodyHandle,
-    SharedShape, Vector,
+    SharedShape, Vector, to_dquat,
 };
 use crate::math::{from_f64, to_dpose3, to_dvec3, to_f64};
 use crate::rapier::dynamics::RigidBody;
 use crate::rapier::geometry::Collider;
-use crate::rigid::{Body, Lookup, find_next, local_pose, to_dquat};
+use crate::rigid::{Body, Lookup, PrincipalInertia, find_next, local_pose};
 
 /// Makes samples, and keeps the data that they were made from, so that changes are noticed.
 #[derive(Debug, Default)]
@@ -39,7 +39,7 @@ struct BodyStamp {
     /// This and the next two change with the masses of its parts, which take longer to compute.
     mass: Real,
     local_com: Vector,
-    inv_principal_inertia: Vector,
+    principal_inertia: PrincipalInertia,
     /// The end of its parts in the list of all.
     end: usize,
 }
@@ -169,7 +169,7 @@ impl Gatherer {
         let same = stamp.body == body.handle
             && stamp.mass == body.mass
             && stamp.local_com == body.local_com
-            && stamp.inv_principal_inertia == body.inv_principal_inertia;
+            && stamp.principal_inertia == body.principal_inertia;
         if !(same && by_parts) {
             return same;
         }
@@ -210,7 +210,7 @@ impl Gatherer {
                 body: body.handle,
                 mass: body.mass,
                 local_com: body.local_com,
-                inv_principal_inertia: body.inv_principal_inertia,
+                principal_inertia: body.principal_inertia,
                 end: self.parts.len(),
             });
         }

@@ -8,9 +8,9 @@ use super::point::{Kind, Moment, SamplePoint, UserValues};
 use crate::compile::{Weighting, unique};
 use crate::field::{Axis, Coupling, ForceMode, Query, Sampling, SamplingRule};
 use crate::math::{
-    ColliderHandle, DMat3, DQuat, Real, RigidBodyHandle, from_f64, to_dvec3, to_f64,
+    ColliderHandle, DMat3, DQuat, Real, RigidBodyHandle, from_f64, to_dquat, to_dvec3, to_f64,
 };
-use crate::rigid::{Body, to_dquat};
+use crate::rigid::Body;
 
 /// The samples of the bodies in one evaluation.
 #[derive(Debug, Default)]

@@ -1,7 +1,7 @@
 //! Tests of the free rotation against closed forms, elliptic functions and Rapier itself.
 
 use super::*;
-use crate::math::{Pose, RigidBodyHandle, from_f64};
+use crate::math::{Pose, RigidBodyHandle, Rotation, from_f64};
 use crate::rapier::dynamics::{LockedAxes, RigidBodyBuilder};
 use crate::rapier::pipeline::PhysicsWorld;
 
