@@ -234,7 +234,7 @@ impl Lowering<'_> {
             return;
         };
         let number = program.instances.len() as u32;
-        let mut moves = !matches!(centre, Anchor::World { .. });
+        let mut moves = false;
         let mut found = Vec::new();
         program.instances.centres.push(self.anchors.hold(centre));
         program.instances.serials.push(self.serial);

@@ -359,3 +359,18 @@ fn rapier_carries_out_the_free_rotation() {
         "attitude",
     );
 }
+
+#[test]
+fn small_tangents_are_exact_to_rounding() {
+    for step in 1..=1000 {
+        let tangent = SMALL_TANGENT * f64::from(step) / 1000.0;
+        for parts in [1.0, 2.0, 4.0, 7.0, 100.0] {
+            let (found, exact) = (
+                small_tangent(tangent, parts),
+                (tangent.atan() / parts).tan(),
+            );
+            let error = (found / exact - 1.0).abs();
+            assert_within(error, 4.0 * f64::EPSILON, &format!("{tangent} in {parts}"));
+        }
+    }
+}
