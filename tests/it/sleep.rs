@@ -210,6 +210,36 @@ fn jointed_bodies_in_a_weak_field_stay_awake() {
     }
 }
 
+/// Forces on two bodies balance through the joint between them, although each alone would accelerate.
+#[test]
+fn a_pair_that_a_field_presses_onto_its_joint_falls_asleep() {
+    for scheme in SCHEMES {
+        for articulated in [false, true] {
+            let mut world = weightless(1.0 / 60.0);
+            let pair = [-1.0, 1.0].map(|x| ball(&mut world, Vector::X * x, 1000.0));
+            let joint = FixedJointBuilder::new().local_anchor1(Vector::X * 2.0);
+            if articulated {
+                let link = world.multibody_joints.insert(pair[0], pair[1], joint, true);
+                link.expect("a chain");
+            } else {
+                world.impulse_joints.insert(pair[0], pair[1], joint, true);
+            }
+            let mut fields = build(Field::spring(20.0), scheme);
+            for _ in 0..300 {
+                fields.step(&mut world).expect("a step");
+            }
+            for body in pair.map(|it| &world.bodies[it]) {
+                let off = to_f64(body.translation().length() - 1.0).abs();
+                assert!(
+                    body.is_sleeping() && off < 0.01,
+                    "{scheme:?}, {articulated}: {off} {}",
+                    body.linvel()
+                );
+            }
+        }
+    }
+}
+
 /// A raft fell asleep 10.3 s after its launch, and after 48 s in water with a drag rate of 1/s: a body that moved by
 /// more than a rounding was kept awake.
 #[test]
