@@ -55,6 +55,17 @@ proptest! {
         }
     }
 
+    #[test]
+    fn plus_is_the_sum_of_union(u in composite(), v in composite(), points in points()) {
+        let (u, v) = (u.tree(), v.tree());
+        let sum = apply(Operator::SumUnion, &u, &v);
+        let mut grown = u.clone();
+        grown += v.clone();
+        same("+=", &sum, &grown, &points)?;
+        same("+", &sum, &(u.clone() + v.clone()), &points)?;
+        same("sum", &sum, &[u, v].into_iter().sum(), &points)?;
+    }
+
     /// An operator of many operands also equals its nested form.
     #[test]
     fn sums_and_replacements_associate(

@@ -305,6 +305,26 @@ fn operators_and_scales_act_on_a_push_as_on_a_vector() {
     );
 }
 
+/// A pair has one law: a field that only observes pushes by it once, however many such fields there are, and fields with
+/// the paper's law push each.
+#[test]
+fn fields_that_observe_push_once_by_the_law_of_the_other_side() {
+    for (observing, pushing, expected) in [(0, 0, 2.0), (1, 0, 0.0), (3, 0, 0.0), (1, 2, -2.0)] {
+        let (mut world, things) = overlapping([Vector::X * 2.0, -Vector::X * 2.0], [1.0; 2]);
+        let [one, two] = things.each_ref().map(|thing| thing.parts[0]);
+        let push = |at| Field::contact(ContactLaw::Paper).at(at);
+        let mut tree = Tree::from(push(one));
+        (0..observing).for_each(|_| tree += Field::contact(ContactLaw::Observe).at(two));
+        (0..pushing).for_each(|_| tree += push(two));
+        let mut fields = Fields::new(tree).expect("a valid tree");
+        fields.step(&mut world).expect("a step");
+        let [first, second] = things.each_ref().map(|thing| linvel(&world, thing));
+        let place = format!("{observing} observe, {pushing} push");
+        assert_near(first, Vector::X * expected, 1e-5, &place);
+        assert_near(second, Vector::ZERO, 1e-5, &place);
+    }
+}
+
 /// A push counts as the difference that the touch makes to a field as a whole, of which a wind is another part.
 #[test]
 fn a_wind_and_a_push_are_limited_together() {

@@ -4,8 +4,9 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use rapier3d_fields::math::{Real, from_f64, to_f64};
+use rapier3d_fields::math::{DVec3, Real, from_f64, to_dpose3, to_dvec3, to_f64};
 use rapier3d_fields::prelude::*;
+use rapier3d_fields::rapier::na::{Matrix3, Matrix6, Vector6};
 
 use crate::lab::stability::{self, Damping, Kind, SCHEMES, fate};
 use crate::support::*;
@@ -271,5 +272,77 @@ fn drag_and_damping_act_once_each() {
                 assert!(error < 0.02, "{scheme:?} {is_ball}: {found}, {expected}");
             }
         }
+    }
+}
+
+/// The inverse of the mass and the inertia in world axes, of a body that is not turned.
+fn inverse_mass(body: &RigidBody) -> Matrix6<f64> {
+    let local = &body.mass_properties().local_mprops;
+    let turned = Pose::from_parts(Vector::ZERO, local.principal_inertia_local_frame);
+    let axes = to_dpose3(&turned).rotation;
+    let axes = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| (axes * axis).to_array().into());
+    let axes = Matrix3::from_columns(&axes);
+    let moments = to_dvec3(local.inv_principal_inertia).to_array();
+    let mut inverse = Matrix6::identity() * to_f64(local.inv_mass);
+    let inertia = axes * Matrix3::from_diagonal(&moments.into()) * axes.transpose();
+    inverse.fixed_view_mut::<3, 3>(3, 3).copy_from(&inertia);
+    inverse
+}
+
+/// Drag on parts beside the centre of mass, for one step: the exponential of its derivative by velocity, which is found
+/// here from the wrenches at six velocities. They are so small that the body hardly turns.
+#[test]
+fn drag_beside_the_centre_of_mass_is_the_matrix_exponential() {
+    const SMALL: f64 = 1e-4;
+    for (strength, sampling) in [0.1, 1.0, 3.0, 30.0]
+        .into_iter()
+        .flat_map(|it| [Sampling::Parts, Sampling::Surface].map(|by| (it, by)))
+    {
+        let mut world = weightless(DT);
+        let body = RigidBodyBuilder::dynamic().can_sleep(false);
+        let body = world.bodies.insert(body);
+        for (place, radius) in [
+            (Vector::new(1.0, 0.25, -0.5), 0.25),
+            (Vector::new(-0.5, 1.0, 0.5), 0.5),
+            (Vector::new(0.125, -0.75, 0.75), 0.375),
+        ] {
+            let ball = ColliderBuilder::ball(radius).translation(place);
+            world
+                .colliders
+                .insert_with_parent(ball, body, &mut world.bodies);
+        }
+        world.bodies[body].recompute_mass_properties_from_colliders(&world.colliders);
+        let mass = to_f64(world.bodies[body].mass());
+        let drag = Field::drag(from_f64(strength * mass / to_f64(DT)), 0.0);
+        let mut fields = build(drag.sampled(sampling), Scheme::KickDriftKick);
+        let give = |world: &mut PhysicsWorld, velocity: &Vector6<f64>| {
+            let [a, b, c, d, e, f] = (*velocity).into();
+            world.bodies[body].set_linvel(Vector::new(from_f64(a), from_f64(b), from_f64(c)), true);
+            world.bodies[body].set_angvel(Vector::new(from_f64(d), from_f64(e), from_f64(f)), true);
+        };
+        let six = |linear: Vector, angular: Vector| {
+            let [linear, angular] = [linear, angular].map(|it| to_dvec3(it).to_array());
+            Vector6::from_iterator(linear.into_iter().chain(angular))
+        };
+        let columns: Vec<_> = (0..6)
+            .map(|axis| {
+                let mut velocity = Vector6::zeros();
+                velocity[axis] = SMALL;
+                give(&mut world, &velocity);
+                let wrench = fields.sample(body, &world).expect("finite").expect("felt");
+                six(wrench.force, wrench.torque) / SMALL
+            })
+            .collect();
+        let rate = inverse_mass(&world.bodies[body]) * Matrix6::from_columns(&columns);
+        let before = Vector6::new(1.0, -0.5, 0.25, 0.5, 0.75, -1.0) * SMALL;
+        let expected = (rate * to_f64(DT)).exp() * before;
+        give(&mut world, &before);
+        fields.step(&mut world).expect("a finite step");
+        let found = &world.bodies[body];
+        let found = six(found.linvel(), found.angvel());
+        let error = (found - expected).norm() / before.norm();
+        let place = format!("{strength}, {sampling:?}");
+        println!("{place}: {error:e}, {:e}", expected.norm() / before.norm());
+        assert_at_most(error, either(1e-5, 1e-5), place);
     }
 }

@@ -3,7 +3,7 @@
 use rapier3d_fields::math::{DVec3, Real, from_dvec3, from_f64, to_dvec3, to_f64};
 use rapier3d_fields::prelude::*;
 
-use crate::support::{Row, Table, assert_at_most, insert_ball, largest, weightless};
+use crate::support::{Row, Table, assert_at_most, build, either, insert_ball, largest, weightless};
 
 const MAPS: &str = include_str!("../data/h_stiff/integrator_maps.csv");
 
@@ -128,4 +128,30 @@ fn another_scheme_differs_from_the_map() {
     };
     let rows = table.rows().filter(|row| row.number("h") == 0.5);
     assert!(rows.filter(|row| is_far(*row)).count() >= 3);
+}
+
+/// Rapier's gravity on a body that leaves the only field, which acts across it: the height is that of a parabola at any
+/// time, although Rapier alone moves the body in the end.
+#[test]
+fn a_body_that_leaves_a_field_stays_on_its_parabola() {
+    const DT: f64 = 1.0 / 60.0;
+    for scheme in [
+        Scheme::KickDriftKick,
+        Scheme::Forward4,
+        Scheme::Substep(Substeps::Fixed(4)),
+        Scheme::auto(1e-3),
+    ] {
+        let mut world = weightless(from_f64(DT));
+        world.gravity = Vector::Y * -9.81;
+        let body = insert_ball(&mut world, 1.0, Vector::ZERO, Vector::X * 3.0);
+        let region = Region::interval("x", -1.0, 1.0);
+        let mut fields = build(Field::uniform(Vector::Z).within(region), scheme);
+        for step in 1..=60 {
+            fields.step(&mut world).expect("a step");
+            let time = f64::from(step) * DT;
+            let height = to_f64(world.bodies[body].translation().y);
+            let off = (height + 0.5 * 9.81 * time * time).abs();
+            assert_at_most(off, either(1e-5, 1e-12), format!("{scheme:?}, step {step}"));
+        }
+    }
 }

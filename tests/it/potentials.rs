@@ -171,3 +171,25 @@ fn forces_are_the_gradient_of_the_potential_or_have_none() {
         some.join("\n")
     );
 }
+
+/// Also in a prototype of instances, whose fields are evaluated together.
+#[test]
+fn the_potential_of_a_sum_is_the_sum_of_potentials() {
+    let point = DVec3::new(0.7, 0.4, -0.5);
+    let spring = || Field::spring(1.3).at(Vector::Y);
+    let potential = |tree: Tree| Probe::new(tree).expect("a sound tree").at(point).1;
+    for (name, field) in bases() {
+        let alone = [Tree::from(field.clone()), spring().into()].map(potential);
+        let expected: f64 = alone.iter().sum();
+        let sum = || field.clone().sum_union(spring());
+        let places = [Pose::IDENTITY; 2];
+        for (tree, count) in [(sum(), 1.0), (Tree::instances(sum(), places), 2.0)] {
+            let (_, found, without) = Probe::new(tree).expect("a sound tree").at(point);
+            let off = (found - count * expected).abs();
+            assert!(
+                without == 0 && off <= 1e-6 * expected.abs(),
+                "{name}: {found}, {expected}"
+            );
+        }
+    }
+}

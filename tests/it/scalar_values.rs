@@ -102,6 +102,16 @@ fn places_have_their_distance_and_depth() {
     let cylinder = Scalar::depth(Region::cylinder(0.75, 2.0));
     let around = |x: f64| (x * x + 0.0625).sqrt();
     assert_equals("in a cylinder", &cylinder, |x| (2.0 - around(x)).min(0.25));
+    let slanted = [(Axis::X, 3.0), (Axis::Y, -4.0)];
+    let slanted = Scalar::depth(Region::half_space_over(slanted, 2.0));
+    assert_equals("behind a plane over axes", &slanted, |x| {
+        (2.0 - (3.0 * x - 2.0)) / 5.0
+    });
+    let stretched = [(Axis::X, 0.5, 2.0), (Axis::Y, 0.0, 1.0)];
+    let stretched = Scalar::depth(Region::ball_over(stretched));
+    assert_equals("in a ball over axes", &stretched, |x| {
+        1.0 - (((x - 0.5) / 2.0).powi(2) + 0.25).sqrt()
+    });
 }
 
 #[test]

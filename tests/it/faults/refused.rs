@@ -109,7 +109,7 @@ fn everything(world: &PhysicsWorld) -> Vec<String> {
     let joints = world
         .impulse_joints
         .iter()
-        .map(|(_, it)| value(&it.data).to_string());
+        .map(|(_, it)| format!("{} {:?}", value(&it.data), it.impulses));
     // The root's own joint is left out: Rapier makes it in its first step.
     let links = world.multibody_joints.multibodies().map(|it| {
         let of = |link: &MultibodyLink| {
