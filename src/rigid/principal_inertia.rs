@@ -3,7 +3,7 @@
 use crate::math::{Rotation, Vector};
 use crate::rapier::dynamics::MassProperties;
 
-/// The principal moments and axes of a body, which differ once its mass or a collider of it has been changed.
+/// The principal moments and axes of a body. Rapier recomputes them in the step after a change of its mass or shapes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct PrincipalInertia {
     /// The inverses of the moments. Rapier writes those of both zero and infinity as zero.

@@ -53,6 +53,7 @@ struct SeriesPiece {
 }
 
 impl Rotor {
+    /// In 64-bit precision.
     pub(crate) fn of(principal: PrincipalInertia) -> Self {
         Rotor {
             inverse_moments: to_dvec3(principal.inverse),

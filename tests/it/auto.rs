@@ -209,7 +209,7 @@ fn a_body_that_is_thrown_into_a_well_between_steps_keeps_its_energy() {
             let off = (energy(&world) - 1.0).abs();
             println!("{speed} {spin}: {off:e} {:?}", fields.warnings());
             let told = !fields.warnings().is_empty();
-            assert!(off <= 2.0 * TOLERANCE || told, "{speed}, {spin}: {off}");
+            assert!(off <= TOLERANCE || told, "{speed}, {spin}: {off}");
         }
     }
 }

@@ -343,6 +343,7 @@ fn drag_beside_the_centre_of_mass_is_the_matrix_exponential() {
         let error = (found - expected).norm() / before.norm();
         let place = format!("{strength}, {sampling:?}");
         println!("{place}: {error:e}, {:e}", expected.norm() / before.norm());
-        assert_at_most(error, either(1e-5, 1e-5), place);
+        // The largest is 3.1e-7, by the turn within the step.
+        assert_at_most(error, 5e-7, place);
     }
 }

@@ -151,7 +151,8 @@ fn a_body_that_leaves_a_field_stays_on_its_parabola() {
             let time = f64::from(step) * DT;
             let height = to_f64(world.bodies[body].translation().y);
             let off = (height + 0.5 * 9.81 * time * time).abs();
-            assert_at_most(off, either(1e-5, 1e-12), format!("{scheme:?}, step {step}"));
+            // Rounding: the largest is 3.3e-6 and 4e-15.
+            assert_at_most(off, either(5e-6, 1e-14), format!("{scheme:?}, step {step}"));
         }
     }
 }

@@ -231,7 +231,7 @@ fn a_pair_that_a_field_presses_onto_its_joint_falls_asleep() {
             for body in pair.map(|it| &world.bodies[it]) {
                 let off = to_f64(body.translation().length() - 1.0).abs();
                 assert!(
-                    body.is_sleeping() && off < 0.01,
+                    body.is_sleeping() && off < 1e-6,
                     "{scheme:?}, {articulated}: {off} {}",
                     body.linvel()
                 );
