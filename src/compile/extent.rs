@@ -1,7 +1,8 @@
 //! A bound of the space in which fields that stand still can act.
 
-use super::anchors::Anchors;
-use super::entries::RadialBatch;
+use super::anchors::{AnchorId, Anchors};
+use super::entries::{RadialBatch, RadialSource};
+use super::instances::Instances;
 use super::ordered::Ordered;
 use super::program::Program;
 use crate::math::{Real, Vector};
@@ -38,41 +39,35 @@ impl Bounds {
     }
 }
 
-/// A box that holds all places at which fields with a finite reach that are anchored to the world can act. Changes
-/// only enlarge it, so it is computed anew once changes outnumber the terms by far.
+/// The smallest box around the balls in which fields with a finite reach that are anchored to the world can act.
 #[derive(Debug, Default)]
 pub(super) struct Extent {
     pub still: Bounds,
-    changes: usize,
+    /// True if a ball was removed that reached to the border of the box.
+    pub shrinks: bool,
 }
 
 impl Extent {
     pub(super) fn add_sources(&mut self, batch: &RadialBatch, anchors: &Anchors) {
-        self.changes += 1;
-        let Some(range) = batch.range else { return };
-        for source in &batch.sources {
-            if anchors.stands_still(source.anchor) {
-                let pose = anchors[source.anchor as usize].local_pose();
-                self.still.add(pose.translation, range);
-            }
+        for (centre, range) in of_sources(&batch.sources, batch.range, anchors) {
+            self.still.add(centre, range);
         }
     }
 
     pub(super) fn add_instances(&mut self, program: &Program, anchors: &Anchors) {
-        self.changes += 1;
-        let Some(reach) = program.reach.filter(|_| program.has_force) else {
-            return;
-        };
-        for centre in &program.instances.centres {
-            if anchors.stands_still(*centre) {
-                let pose = anchors[*centre as usize].local_pose();
-                self.still.add(pose.translation, reach);
-            }
+        for (centre, reach) in of_instances(&program.instances, bound(program), anchors) {
+            self.still.add(centre, reach);
         }
     }
 
-    pub(super) fn is_stale(&self, terms: usize) -> bool {
-        self.changes > 2 * terms + 64
+    /// Notes that balls are removed; their anchors must still be there.
+    pub(super) fn remove(&mut self, balls: impl Iterator<Item = (Vector, Real)>) {
+        for (centre, radius) in balls {
+            let mut own = Bounds::default();
+            own.add(centre, radius);
+            let is_inside = own.low.cmpgt(self.still.low) & own.high.cmplt(self.still.high);
+            self.shrinks |= !is_inside.all();
+        }
     }
 
     pub(super) fn renew(
@@ -88,6 +83,41 @@ impl Extent {
         for (_, program) in programs.iter() {
             self.add_instances(program, anchors);
         }
-        self.changes = 0;
     }
+}
+
+/// The balls in which sources that stand still can act.
+pub(super) fn of_sources<'a>(
+    sources: &'a [RadialSource],
+    range: Option<Real>,
+    anchors: &'a Anchors,
+) -> impl Iterator<Item = (Vector, Real)> + 'a {
+    let ids = sources.iter().map(|source| source.anchor);
+    balls(ids, range, anchors)
+}
+
+/// The balls in which instances that stand still can act.
+pub(super) fn of_instances<'a>(
+    instances: &'a Instances,
+    reach: Option<Real>,
+    anchors: &'a Anchors,
+) -> impl Iterator<Item = (Vector, Real)> + 'a {
+    balls(instances.centres.iter().copied(), reach, anchors)
+}
+
+/// The finite reach of the forces of a program.
+pub(super) fn bound(program: &Program) -> Option<Real> {
+    program.reach.filter(|_| program.has_force)
+}
+
+fn balls<'a>(
+    ids: impl Iterator<Item = AnchorId> + 'a,
+    radius: Option<Real>,
+    anchors: &'a Anchors,
+) -> impl Iterator<Item = (Vector, Real)> + 'a {
+    ids.filter_map(move |id| {
+        let still = anchors.stands_still(id);
+        let centre = || anchors[id as usize].local_pose().translation;
+        Some((still.then(centre)?, radius?))
+    })
 }

@@ -3,6 +3,7 @@
 use super::at_centres::AtCentres;
 use super::compiled::{Compiled, TermRecord};
 use super::entries::{ConstantField, DetectionField, RadialBatch, RadialSource};
+use super::extent::{bound, of_instances, of_sources};
 use super::facts::Facts;
 use super::index_kind::IndexKind;
 use super::lower::{Lowered, Lowering};
@@ -145,9 +146,10 @@ impl Compiled {
 
     /// Replaces the sources of a term in a batch by those of `term`. An empty batch is removed.
     fn put_sources(&mut self, serial: Key, number: u32, term: Option<RadialBatch>) {
-        let anchors = &mut self.anchors;
+        let (anchors, extent) = (&mut self.anchors, &mut self.extent);
         let emptied = self.radials.change(number, |batch| {
             let old = batch.put(serial, term);
+            extent.remove(of_sources(&old, batch.range, anchors));
             let stood =
                 |source: &RadialSource| anchors[source.anchor as usize].local_pose().translation;
             batch.log.note(serial, old.iter().map(stood));
@@ -195,9 +197,11 @@ impl Compiled {
 
     /// Replaces the instances of a term in a program by those of `term`. An empty program is removed.
     fn put_instances(&mut self, set: &FieldSet, serial: Key, number: u32, term: Option<Program>) {
-        let anchors = &mut self.anchors;
+        let (anchors, extent) = (&mut self.anchors, &mut self.extent);
         let emptied = self.programs.change(number, |program| {
+            let reach = bound(program);
             let old = program.put(serial, term);
+            extent.remove(of_instances(&old, reach, anchors));
             program.instances.moving -= old.moves(program.stride(), anchors);
             old.anchors().for_each(|anchor| anchors.release(anchor));
             program.follow_first(set);
@@ -234,7 +238,7 @@ impl Compiled {
         if std::mem::take(&mut self.detectors_changed) {
             self.detectors_revision = set.revision();
         }
-        if self.extent.is_stale(self.terms.len()) {
+        if self.extent.shrinks {
             self.extent
                 .renew(&self.radials, &self.programs, &self.anchors);
         }

@@ -358,13 +358,17 @@ macro_rules! keeps_the_contract {
                         break;
                     };
                     let handle = *handle;
-                    match round % 3 {
+                    match round % 4 {
                         0 => stage.set[handle].strength = 2.0,
                         1 => stage.set[handle].enabled = false,
+                        2 => stage.set[handle].anchor = Pose::translation(9.0, 0.0, 0.0).into(),
                         _ => drop(stage.set.remove_field(handle)),
                     }
                     stage.set.validate_changes().expect("valid");
                     stage.compiled.update(&stage.set);
+                    let view = WorldRef::new(&stage.world.bodies, &stage.world.colliders);
+                    let anew = Compiled::new(&stage.set).reach(&view);
+                    assert_eq!(stage.compiled.reach(&view), anew, "round {round}");
                     let fresh = stage.evaluate(&mut $fresh, $batches, 0.0);
                     let again = stage.evaluate(&mut kept, $batches, 0.0);
                     assert_eq!(bits(&fresh), bits(&again), "round {round}");
