@@ -180,6 +180,14 @@ impl FieldPipeline {
         Self::default()
     }
 
+    /// A pipeline without buffers for a copy of a state with which this one may have been used.
+    pub(crate) fn for_copy(&self) -> Self {
+        FieldPipeline {
+            met: self.met,
+            ..Self::default()
+        }
+    }
+
     /// Begins a step. Pass the [hooks](OpenStep::hooks) of the open step to Rapier's step, with the same gravity and
     /// parameters, then [finish](Self::finish) the step. The set is borrowed mutably because edits since the last step
     /// are validated first.

@@ -3,7 +3,7 @@
 use super::Fields;
 use crate::bridge::StepError;
 use crate::math::{Pose, RigidBodyHandle};
-use crate::pipeline::{FieldPipeline, StepOutcome};
+use crate::pipeline::StepOutcome;
 use crate::rapier::pipeline::{CollisionPipeline, PhysicsPipeline, PhysicsWorld};
 
 /// A copy of a world with its fields, which can be stepped ahead; made by [`Fields::predict`].
@@ -21,8 +21,13 @@ impl Fields {
     /// The copy has all of Rapier's sets, with contacts, joints, islands and the trees of the broad phase, gravity and
     /// parameters; and the fields, their settings and their state. It does not have the workspaces of the pipelines,
     /// which the first step fills anew (a thread pool set for the pipeline is one of them), nor the channels of
-    /// [contact](crate::FieldsBuilder::events) and [zone](crate::Fields::set_zone_events) events. So its steps are those of the world, bit for bit, as long as both get
-    /// the same input, including your own hooks.
+    /// [contact](crate::FieldsBuilder::events) and [zone](crate::Fields::set_zone_events) events.
+    ///
+    /// So its steps are those of [`Fields::step`], bit for bit, as long as both get the same input, including your own
+    /// hooks. There are three exceptions. After an edit of a mass or a collider, the first predicted step has the new
+    /// mass or samples where the fields' own step [may still have the old ones](crate::StepWarning::MassChanged). A
+    /// step by [`begin`](Fields::begin) and `finish` marks a body as modified, which may change Rapier's order of
+    /// bodies. And Rapier may keep a joint in its workspace after the type of a body was changed.
     ///
     /// It costs a copy of each set, and a compilation of the fields in the first step; each step then costs the same as
     /// a step of the world. Shapes are shared.
@@ -80,7 +85,7 @@ impl Clone for Fields {
             settings: self.settings.clone(),
             state: self.state.clone(),
             set: self.set.clone(),
-            pipeline: FieldPipeline::new(),
+            pipeline: self.pipeline.for_copy(),
         }
     }
 }

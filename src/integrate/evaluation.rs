@@ -28,7 +28,8 @@ pub(crate) struct Evaluation {
     pub parts: Vec<PartsMark>,
     /// The linearised wrench on each body; empty if no field reads velocities, or the step has no length.
     pub couplings: Vec<Option<LinearisedWrench>>,
-    /// True if the last kick changed forces that read velocities so much that the next step has to evaluate them again.
+    /// True if the next step has to evaluate forces again: because the last kick changed those that read velocities, or
+    /// bodies were placed or disabled since.
     pub outdated: bool,
     /// The linearisations of bodies that have one, in the order of their places.
     pub estimates: Vec<Estimate>,

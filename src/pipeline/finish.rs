@@ -334,7 +334,9 @@ impl FieldPipeline {
         let condemned = &self.condemned;
         self.redone.retain(|now| !condemned.contains(&now.body));
         self.sampled = self.scene.bodies.len();
-        evaluation.outdated = self.late.outdated || !self.redone.is_empty();
+        // Fields have no reaction to bodies that are disabled.
+        let gone = !condemned.is_empty();
+        evaluation.outdated = self.late.outdated || !self.redone.is_empty() || gone;
         state.evaluation = Some(evaluation);
         self.note_carriers(state, &view);
         let mut written = bridge::write(world.bodies, &self.late.updates);

@@ -229,6 +229,63 @@ fn a_prediction_equals_the_later_steps() {
     }
 }
 
+/// The copy is known to be of the same world, even if its only body is not where the last step left it.
+#[test]
+fn a_world_is_predicted_after_its_only_body_was_placed_elsewhere() {
+    for scheme in SCHEMES {
+        let mut world = PhysicsWorld::new();
+        let body = RigidBodyBuilder::dynamic().linvel(Vector::X);
+        let (body, _) = world.insert(body, ColliderBuilder::ball(0.5));
+        let well = Tree::from(Field::spring(2.0));
+        let mut fields = Fields::builder(well)
+            .scheme(scheme)
+            .build()
+            .expect("a field");
+        fields.step(&mut world).expect("a step");
+        world.bodies[body].set_translation(Vector::new(3.0, 1.0, 0.0), true);
+        let mut ahead = fields.predict(&world);
+        ahead.step().expect("the same world");
+        fields.step(&mut world).expect("a step");
+        assert_eq!(bits(&world), bits(&ahead.world), "{scheme:?}");
+    }
+}
+
+/// A field has no reaction any more to a body that was disabled at the end of a step, neither in the next step nor in a
+/// prediction.
+#[test]
+fn a_step_after_a_quarantine_is_predicted() {
+    for scheme in SCHEMES {
+        let mut world = PhysicsWorld::new();
+        world.gravity = Vector::ZERO;
+        let ball = |x: Real, speed: Real| {
+            let at = Vector::X * x;
+            RigidBodyBuilder::dynamic()
+                .translation(at)
+                .linvel(Vector::X * speed)
+        };
+        let (bad, _) = world.insert(ball(0.0, 12.0), ColliderBuilder::ball(0.1));
+        let (other, _) = world.insert(ball(-4.0, 0.0), ColliderBuilder::ball(0.1));
+        let wall = Field::closure([], |_: &Sample| Vector::splat(Real::NAN));
+        let wall = wall.within(Region::half_space(-Vector::X, -0.1));
+        let pull = Field::spring(0.01).at(other).reacting();
+        let mut fields = Fields::builder(wall.sum_union(pull))
+            .scheme(scheme)
+            .on_fault(FaultPolicy::Quarantine)
+            .build()
+            .expect("fields");
+        let pulled = |world: &PhysicsWorld| world.bodies[other].linvel().x;
+        while world.bodies[bad].is_enabled() {
+            fields.step(&mut world).expect("a step");
+        }
+        let speed = pulled(&world);
+        let mut ahead = fields.predict(&world);
+        ahead.step().expect("a step");
+        fields.step(&mut world).expect("a step");
+        assert_eq!(bits(&world), bits(&ahead.world), "{scheme:?}");
+        assert_eq!(pulled(&world), speed, "{scheme:?}");
+    }
+}
+
 /// A removed body has an empty path; the prediction returns the error of its step.
 #[test]
 fn a_path_ends_with_its_body() {
