@@ -14,7 +14,12 @@ pub struct Edits {
     /// Whether a collider of several parts was given another shape. Rapier may then read beyond its contacts in a step
     /// without fields, and crash (seed 30025842); fields prevent it.
     pub crashes_alone: bool,
+    /// Whether masses are not known before Rapier's next step, because a collider or an additional mass was edited.
+    pub changes_masses: bool,
 }
+
+/// The kinds of edits of a world that set a mass, or a collider.
+const OF_MASSES: [usize; 4] = [10, 13, 14, 15];
 
 impl Edits {
     pub fn new(seed: u64) -> Self {
@@ -24,16 +29,20 @@ impl Edits {
             of_world,
             of_fields: Draw::new(seed, 3),
             crashes_alone: false,
+            changes_masses: false,
         }
     }
 
     pub fn apply(&mut self, step: usize, world: &mut PhysicsWorld, fields: Option<&mut Fields>) {
+        self.changes_masses = false;
         // The first step is made with the world as it was built.
         if step == 0 {
             return;
         }
         if self.of_world.once_in(3) {
-            self.crashes_alone |= edit_world(&mut self.of_world, world);
+            let done = edit_world(&mut self.of_world, world);
+            self.crashes_alone |= done.reshapes;
+            self.changes_masses = done.changes_masses;
         }
         if let Some(fields) = fields.filter(|_| self.of_fields.once_in(4)) {
             edit_fields(&mut self.of_fields, world, fields);
@@ -41,19 +50,30 @@ impl Edits {
     }
 }
 
-/// Edits the world; returns true if a collider of several parts was given another shape.
-fn edit_world(draw: &mut Draw, world: &mut PhysicsWorld) -> bool {
+/// The consequences of an edit.
+#[derive(Default)]
+struct Edit {
+    /// A collider of several parts was given another shape.
+    reshapes: bool,
+    changes_masses: bool,
+}
+
+fn edit_world(draw: &mut Draw, world: &mut PhysicsWorld) -> Edit {
     let bodies: Vec<_> = world.bodies.iter().map(|it| it.0).collect();
     let kind = draw.below(16);
     if kind == 0 || bodies.is_empty() {
         worlds::insert(draw, world);
-        return false;
+        return Edit::default();
     }
     let chosen = draw.of(&bodies);
     // Rapier panics at some edits of the links of multibodies.
     if world.multibody_joints.rigid_body_link(chosen).is_some() {
-        return false;
+        return Edit::default();
     }
+    let mut done = Edit {
+        reshapes: false,
+        changes_masses: OF_MASSES.contains(&kind),
+    };
     let body = &mut world.bodies[chosen];
     match kind {
         1 => drop(world.remove_body(chosen)),
@@ -76,15 +96,14 @@ fn edit_world(draw: &mut Draw, world: &mut PhysicsWorld) -> bool {
         _ => {
             let colliders: Vec<_> = world.colliders.iter().map(|it| it.0).collect();
             if colliders.is_empty() {
-                return false;
+                return done;
             }
             let chosen = draw.of(&colliders);
             let collider = &mut world.colliders[chosen];
             match draw.below(6) {
                 0 => {
-                    let had_parts = collider.shape().as_composite_shape().is_some();
+                    done.reshapes = collider.shape().as_composite_shape().is_some();
                     collider.set_shape(SharedShape::ball(draw.size()));
-                    return had_parts;
                 }
                 1 => collider.set_enabled(draw.once_in(2)),
                 2 => collider.set_density(draw.between(0.0, 5.0)),
@@ -94,7 +113,7 @@ fn edit_world(draw: &mut Draw, world: &mut PhysicsWorld) -> bool {
             }
         }
     }
-    false
+    done
 }
 
 fn edit_fields(draw: &mut Draw, world: &PhysicsWorld, fields: &mut Fields) {

@@ -7,13 +7,16 @@ use std::process::{Command, Stdio};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
-/// The programs: the sources are the same in both precisions, and so are most tests.
-const PROGRAMS: [&str; 2] = ["unit", "it"];
+/// The programs, and the beginning of the names of the tests to be run: the sources are the same in both precisions, and
+/// so are most tests. Random worlds are those whose bits are known.
+const PROGRAMS: [(&str, &str); 3] = [("unit", ""), ("it", ""), ("fuzz", "golden::")];
 
 pub struct Program {
     path: PathBuf,
     /// The folder that the tests are run in.
     folder: PathBuf,
+    /// The beginning of the names of its tests that are run.
+    tests: &'static str,
 }
 
 /// The end of a run of tests.
@@ -26,8 +29,8 @@ pub enum End {
 pub fn build(folder: &Path) -> Vec<Program> {
     let built = Command::new("cargo")
         .args(["test", "--release", "--no-run", "--message-format=json"])
-        .args(["-p", "rapier3d-fields-tests"])
-        .args(PROGRAMS.iter().flat_map(|it| ["--test", it]))
+        .args(["-p", "rapier3d-fields-tests", "--features", "enhanced-determinism"])
+        .args(PROGRAMS.iter().flat_map(|it| ["--test", it.0]))
         .env("RUSTFLAGS", "--cap-lints=allow")
         .current_dir(folder)
         .stderr(Stdio::inherit())
@@ -46,10 +49,14 @@ pub fn build(folder: &Path) -> Vec<Program> {
             paths.insert(text(&message["target"]["name"]), (path, manifest));
         }
     }
-    let program = |name| {
+    let program = |(name, tests)| {
         let (path, manifest) = paths.remove(name).expect("a program of each name");
         let folder = manifest.parent().expect("a folder").to_owned();
-        Program { path, folder }
+        Program {
+            path,
+            folder,
+            tests,
+        }
     };
     PROGRAMS.into_iter().map(program).collect()
 }
@@ -75,6 +82,7 @@ impl Program {
         let listed = listed.expect("a program of tests").stdout;
         let listed = String::from_utf8_lossy(&listed);
         let names = listed.lines().filter_map(|it| it.strip_suffix(": test"));
+        let names = names.filter(|it| it.starts_with(self.tests));
         names.map(str::to_owned).collect()
     }
 
