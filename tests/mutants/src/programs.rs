@@ -29,7 +29,12 @@ pub enum End {
 pub fn build(folder: &Path) -> Vec<Program> {
     let built = Command::new("cargo")
         .args(["test", "--release", "--no-run", "--message-format=json"])
-        .args(["-p", "rapier3d-fields-tests", "--features", "enhanced-determinism"])
+        .args([
+            "-p",
+            "rapier3d-fields-tests",
+            "--features",
+            "enhanced-determinism",
+        ])
         .args(PROGRAMS.iter().flat_map(|it| ["--test", it.0]))
         .env("RUSTFLAGS", "--cap-lints=allow")
         .current_dir(folder)
