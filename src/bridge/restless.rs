@@ -244,7 +244,10 @@ impl Balance<'_> {
         let lost = body.linvel * body.damping[0];
         let acceleration = (wrench.force + own) * body.inv_mass - lost;
         let pushed = (wrench.force.length() + own.length()) * body.inv_mass.max_element();
-        let change = self.before(body).map(|was| {
+        // A force that was not there in the last step has not changed the velocity yet.
+        let acted =
+            |was: &&Drowsy| 2.0 * was.gain.length() >= acceleration.length() * self.parameters.dt;
+        let change = self.before(body).filter(acted).map(|was| {
             let gain = (was.gain + acceleration * self.parameters.dt) * 0.5;
             [body.linvel - was.linvel, gain]
         });

@@ -18,8 +18,9 @@ pub enum WakePolicy {
     Never,
     /// When the wrench on a sleeping body has changed, since it fell asleep or was first seen
     /// asleep, by more than this fraction of the larger of the two. Force and torque are measured
-    /// together, by how much they move the body. Sleepers are looked at when a field changed,
-    /// moved, or depends on time.
+    /// together, by how much they move the body. All sleepers are looked at when a field changed,
+    /// was moved between steps, or depends on time; those that a field on an awake body may reach,
+    /// in every step.
     OnChange {
         /// The fraction.
         fraction: Real,

@@ -1,8 +1,10 @@
 //! A bound of the places where a compiled set can act, with all anchors where they are now.
 
+use super::anchors::NO_ANCHOR;
 use super::compiled::Compiled;
+use super::extent::Bounds;
 use super::facts::Facts;
-use crate::field::{Frame, Frames};
+use crate::field::{Anchor, Frame, Frames};
 use crate::math::{Real, Vector};
 use crate::rapier::parry::bounding_volume::Aabb;
 
@@ -53,31 +55,61 @@ impl Compiled {
             return FieldReach::Everywhere;
         }
         let mut bounds = self.extent.still;
-        let mut add = |anchor: u32, radius: Real| {
-            if !self.anchors.stands_still(anchor)
-                && let Some(frame) = world.frame(&self.anchors[anchor as usize])
-            {
-                bounds.add(frame.pose.translation, radius);
-            }
-        };
-        if self.tally.any(Facts::MOVES) {
-            let moving = self.radials.iter().filter(|(_, batch)| batch.moving > 0);
-            for (_, batch) in moving {
-                let range = batch.range.unwrap_or(Real::INFINITY);
-                for source in &batch.sources {
-                    add(source.anchor, range);
-                }
-            }
-            let programs = self.roster.moving().iter();
-            for program in programs.filter_map(|number| self.programs.get(*number)) {
-                let reach = program.reach.unwrap_or(Real::INFINITY);
-                for centre in &program.instances.centres {
-                    add(*centre, reach);
-                }
+        for (anchor, range) in self.moving_ranges() {
+            if let Some(frame) = world.frame(anchor) {
+                bounds.add(frame.pose.translation, range);
             }
         }
         bounds
             .filled()
             .map_or(FieldReach::Nowhere, FieldReach::Within)
+    }
+    /// Returns true if a force is anchored to a body or collider chosen by `is_wanted`.
+    pub(crate) fn moves_by(&self, is_wanted: impl Fn(&Anchor) -> bool) -> bool {
+        self.moving_ranges().any(|(anchor, _)| is_wanted(anchor))
+    }
+
+    /// A bound of the places where forces can act that are anchored to bodies and colliders chosen by `is_wanted`.
+    pub(crate) fn moving_reach(
+        &self,
+        world: &impl Frames,
+        is_wanted: impl Fn(&Anchor) -> bool,
+    ) -> FieldReach {
+        let mut bounds = Bounds::default();
+        let wanted = self.moving_ranges().filter(|(anchor, _)| is_wanted(anchor));
+        for (anchor, range) in wanted {
+            if range == Real::INFINITY {
+                return FieldReach::Everywhere;
+            }
+            if let Some(frame) = world.frame(anchor) {
+                bounds.add(frame.pose.translation, range);
+            }
+        }
+        bounds
+            .filled()
+            .map_or(FieldReach::Nowhere, FieldReach::Within)
+    }
+
+    /// The anchors of forces that are on bodies and colliders, with the range about each: infinite if there is none.
+    fn moving_ranges(&self) -> impl Iterator<Item = (&Anchor, Real)> {
+        let batches = self.radials.iter().filter(|(_, batch)| batch.moving > 0);
+        let sources = batches.flat_map(|(_, batch)| {
+            let range = batch.range.unwrap_or(Real::INFINITY);
+            let ids = batch.sources.iter().map(|source| source.anchor);
+            ids.map(move |id| (id, range))
+        });
+        let programs = self.roster.moving().iter();
+        let programs = programs.filter_map(|number| self.programs.get(*number));
+        let instances = programs.flat_map(|program| {
+            // Without a bound, fields beside the centre may be those that move.
+            let (range, ids) = match program.reach {
+                Some(range) => (range, &program.instances.centres),
+                None => (Real::INFINITY, &program.instances.anchors),
+            };
+            ids.iter().map(move |id| (*id, range))
+        });
+        let all = sources.chain(instances);
+        let moving = all.filter(|(id, _)| *id != NO_ANCHOR && !self.anchors.stands_still(*id));
+        moving.map(|(id, range)| (&self.anchors[id as usize], range))
     }
 }

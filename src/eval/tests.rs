@@ -341,7 +341,7 @@ macro_rules! keeps_the_contract {
                     let again = stage.evaluate(&mut kept, $batches, 0.0);
                     assert_eq!(bits(&fresh), bits(&again), "step {step}");
                     for (number, (_, body)) in stage.world.bodies.iter_mut().enumerate() {
-                        let way = Vector::new(0.07, -0.03 * step as Real, 0.02 * number as Real);
+                        let way = Vector::new(2.0, -0.3 * step as Real, 0.2 * number as Real);
                         body.set_translation(body.translation() + way, false);
                     }
                 }

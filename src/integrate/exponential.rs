@@ -178,7 +178,10 @@ mod tests {
         let other = Matrix3::from_diagonal(&Vector3::new(-3.0, -0.1, -3.0));
         assert!(stretch(&other).is_some() && stretch(&uneven).is_none());
         assert!(stretch(&(drag - along + turn)).is_none());
-        let plain = [turn, drag, turn + drag, uneven, uneven + turn];
+        let mut rounded = drag;
+        rounded[(1, 1)] *= 1.0 + f64::EPSILON;
+        assert!(isotropic(&rounded).is_none());
+        let plain = [turn, drag, rounded, turn + drag, uneven, uneven + turn];
         let stretched = [drag - along, drag + along, other, other + turn];
         for rate in plain.into_iter().chain(stretched) {
             let mean = mean3(&rate, x).expect("finite");
@@ -203,6 +206,10 @@ mod tests {
             let both = Vector6::new(x.x, x.y, x.z, x.x, x.y, x.z);
             let (three, six) = (mean3(&uneven, x), mean6(&six, &both));
             assert_eq!(three.is_some(), rate < LARGEST, "{rate}");
+            // Drag and magnetic forces have a closed form, whatever their strength.
+            let turn = cross_matrix(crate::math::DVec3::new(0.4, 2.0, -1.1)) * rate;
+            let both = turn - Matrix3::identity() * rate;
+            assert_eq!(mean3(&both, x).is_some(), rate < 1e150, "{rate}");
             assert_eq!(six.is_some(), rate < LARGEST, "{rate}");
             if let (Some(three), Some(six)) = (three, six) {
                 assert!(three.x.abs() <= 1e-27 && (three.z - x.z).abs() < 1e-12);

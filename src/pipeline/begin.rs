@@ -232,7 +232,12 @@ impl FieldPipeline {
         let mark = self.pushed_mark.take();
         self.pushed_is_known = mark.is_some_and(|mark| mark.is_untouched(world.bodies, dt));
         let sleepers = self.looks_at_sleepers(fields, state, &world.view());
-        if !sleepers && !first && self.is_idle(fields, world) {
+        let near = if sleepers {
+            None
+        } else {
+            self.near_carriers(fields, world)
+        };
+        if !sleepers && !first && self.is_idle(fields, world, near.as_ref()) {
             self.turn_freely(world.integration_parameters);
             self.write_first(state, world);
             self.rollback.clear();
@@ -250,11 +255,11 @@ impl FieldPipeline {
         }
         self.keep_copies(fields, world);
         let wanted = Wanted {
-            sleepers,
+            sleepers: sleepers || near.is_some(),
             all: first || self.other_bodies,
             besides: &[],
         };
-        self.read(world, wanted);
+        self.read(world, wanted, near.as_ref());
         self.weigh(state, world);
         let remade = self.gather(&world.view(), false);
         let due = if first {

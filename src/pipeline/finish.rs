@@ -262,11 +262,12 @@ impl FieldPipeline {
             all: false,
             besides: &open.bodies,
         };
-        self.read(world, wanted);
+        self.read(world, wanted, None);
         self.complete(&open.motions, world);
         self.gather(&world.view(), open.alone);
         self.place();
         self.stopwatch.lap(StepStage::Samples);
+        self.note_overtaken(fields, state, &open.bodies, world);
         let mut evaluation = std::mem::take(&mut self.spare);
         let mut last = state.evaluation.take();
         self.find_held(fields, world);

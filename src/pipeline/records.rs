@@ -4,7 +4,7 @@ use super::state::BodyRecord;
 use super::{Definition, FieldPipeline, FieldState};
 use crate::bridge::{WakePolicy, WorldMut, WorldRef};
 use crate::math::RigidBodyHandle;
-use crate::rigid::{Body, Lookup};
+use crate::rigid::{Body, Lookup, Wrench};
 
 impl FieldPipeline {
     /// Records the state in which the step leaves the bodies.
@@ -48,6 +48,34 @@ impl FieldPipeline {
         bodies: &[Body],
         world: &WorldMut<'_>,
     ) {
+        self.note_sleepers_under(fields, state, bodies, world, |_| true);
+    }
+
+    /// Records the wrenches from before the step of bodies that fell asleep in it, if a field may have come to them
+    /// since: they were at rest without it.
+    pub(super) fn note_overtaken(
+        &mut self,
+        fields: &Definition<'_>,
+        state: &mut FieldState,
+        bodies: &[Body],
+        world: &WorldMut<'_>,
+    ) {
+        if self.is_carried(world) {
+            // A force that reads velocities may have changed because the body stopped.
+            let slows = self.scene.compiled.reads_velocity;
+            let known = |wrench: Wrench| !slows || wrench == Wrench::ZERO;
+            self.note_sleepers_under(fields, state, bodies, world, known);
+        }
+    }
+
+    fn note_sleepers_under(
+        &mut self,
+        fields: &Definition<'_>,
+        state: &mut FieldState,
+        bodies: &[Body],
+        world: &WorldMut<'_>,
+        is_wanted: impl Fn(Wrench) -> bool,
+    ) {
         let Some(evaluation) = &state.evaluation else {
             return;
         };
@@ -58,7 +86,8 @@ impl FieldPipeline {
         let asleep =
             |handle: RigidBodyHandle| view.body(handle).is_some_and(|body| body.is_sleeping());
         for body in bodies.iter().filter(|body| asleep(body.handle)) {
-            if let Some(wrench) = evaluation.wrench(body.handle) {
+            let wrench = evaluation.wrench(body.handle);
+            if let Some(wrench) = wrench.filter(|it| is_wanted(*it)) {
                 state.resting.resting_under(body.handle, wrench);
             }
         }

@@ -3,12 +3,14 @@
 use super::scene::iterations;
 use super::timings::span;
 use super::{Definition, FieldPipeline, FieldState};
-use crate::bridge::{Constraints, StepMark, Wanted, WorldMut, WorldRef, is_movable, most_sleep};
+use crate::bridge::{
+    Constraints, StepMark, WakePolicy, Wanted, WorldMut, WorldRef, is_movable, most_sleep,
+};
 use crate::compile::{Compiled, FieldReach as Box, Prepared};
-use crate::field::{FieldSet, Frame};
+use crate::field::{Anchor, FieldSet, Frame};
 use crate::integrate::{FASTEST, SpinRules, StepWarning, kicked};
 use crate::math::{DVec3, Real, Vector};
-use crate::rapier::dynamics::IntegrationParameters;
+use crate::rapier::dynamics::{IntegrationParameters, RigidBody};
 use crate::rigid::{Body, BodySet, Lookup, Wrench, is_sound, sort_by_body, world_com};
 use crate::sample::{Gatherer, Properties, Samples};
 
@@ -25,15 +27,50 @@ pub(super) struct Reach {
 }
 
 impl Reach {
+    /// The places from which a body may come into a box within a step, and those that the box may come to; `None` if
+    /// these are not numbers.
+    fn of(reach: Box, world: &WorldMut<'_>) -> Option<Self> {
+        let parameters = world.integration_parameters;
+        // The carriers of fields move as well.
+        let way = parameters.max_linear_velocity() * parameters.dt * BEYOND_LIMIT * 2.0;
+        let (way, infinity) = (Vector::splat(way), Vector::splat(Real::INFINITY));
+        let [low, high] = match reach {
+            Box::Everywhere => [-infinity, infinity],
+            Box::Nowhere => [infinity, -infinity],
+            Box::Within(bounds) => [bounds.mins - way, bounds.maxs + way],
+        };
+        (way.is_finite() && !low.is_nan() && !high.is_nan()).then_some(Reach { low, high })
+    }
+
+    fn is_bounded(&self) -> bool {
+        self.low != Vector::splat(-Real::INFINITY)
+    }
+
     fn is_empty(&self) -> bool {
         self.low.cmpgt(self.high).any()
     }
 
-    fn holds(&self, body: &crate::rapier::dynamics::RigidBody, extent: Real) -> bool {
+    fn holds(&self, body: &RigidBody, extent: Real) -> bool {
         let point = world_com(body);
         let extent = Vector::splat(extent);
         (point + extent).cmpge(self.low).all() && (point - extent).cmple(self.high).all()
     }
+}
+
+/// A bound of the distance of a body's samples from its centre of mass.
+fn extent(gatherer: &mut Gatherer, parts: bool, body: &RigidBody, world: &impl Lookup) -> Real {
+    if parts {
+        gatherer.extent(body, world)
+    } else {
+        0.0
+    }
+}
+
+/// Returns true if the body that an anchor is on may move within the step.
+fn is_awake(anchor: &Anchor, world: &WorldRef<'_>) -> bool {
+    let carrier = anchor.carrier(|handle| world.collider(handle));
+    let body = carrier.and_then(|handle| world.body(handle));
+    body.is_some_and(|body| body.is_enabled() && !body.is_fixed() && !body.is_sleeping())
 }
 
 impl FieldPipeline {
@@ -93,13 +130,21 @@ impl FieldPipeline {
         }
     }
 
-    /// Copies the bodies to sample: those that are awake, and the others in `wanted`.
-    pub(super) fn read(&mut self, world: &WorldMut<'_>, wanted: Wanted<'_>) {
+    /// Copies the bodies to sample: those that are awake, and the others in `wanted`; of the sleepers only those within
+    /// `near`, if it is given.
+    pub(super) fn read(&mut self, world: &WorldMut<'_>, wanted: Wanted<'_>, near: Option<&Reach>) {
         span!("read");
         let (bodies, warnings) = (&mut self.scene.bodies, &mut self.warnings);
+        let (gatherer, view) = (&mut self.gatherer, world.view());
+        let parts = self.scene.compiled.requirements.parts;
         bodies.clear();
         let mut walk = self.reader.walk(world.bodies, world.islands, wanted);
         while let Some((handle, body)) = walk.next(world.bodies) {
+            if let Some(near) = near.filter(|_| body.is_sleeping())
+                && !near.holds(body, extent(gatherer, parts, body, &view))
+            {
+                continue;
+            }
             if is_sound(body) {
                 bodies.push(Body::of(handle, body));
             } else {
@@ -138,8 +183,14 @@ impl FieldPipeline {
     }
 
     /// Returns true if no field can reach any body in this step: all fields are bounded, and each body is farther away
-    /// than Rapier lets it move. Then `self.scene.bodies` are the bodies that this crate nevertheless rotates.
-    pub(super) fn is_idle(&mut self, fields: &Definition<'_>, world: &WorldMut<'_>) -> bool {
+    /// than Rapier lets it move; sleepers count only within `near`. Then `self.scene.bodies` are the bodies that this
+    /// crate nevertheless rotates.
+    pub(super) fn is_idle(
+        &mut self,
+        fields: &Definition<'_>,
+        world: &WorldMut<'_>,
+        near: Option<&Reach>,
+    ) -> bool {
         let watched = fields.settings.audit || self.cross_checks(fields);
         let detects = !self.scene.compiled.detectors.is_empty();
         let masked = self
@@ -183,17 +234,17 @@ impl FieldPipeline {
         let turning = &mut self.scene.bodies;
         turning.clear();
         let wanted = Wanted {
-            sleepers: false,
+            sleepers: near.is_some(),
             all: self.other_bodies,
             besides: &[],
         };
         let mut walk = self.reader.walk(world.bodies, world.islands, wanted);
         while let Some((handle, body)) = walk.next(world.bodies).filter(|_| idle) {
-            let extent = if parts {
-                gatherer.extent(body, &view)
-            } else {
-                0.0
-            };
+            let extent = extent(gatherer, parts, body, &view);
+            if let Some(near) = near.filter(|_| body.is_sleeping()) {
+                idle = !near.holds(body, extent);
+                continue;
+            }
             let top = || {
                 let copy = Body::of(handle, body);
                 let top = copy.free_top(body.angvel(), exact);
@@ -232,22 +283,32 @@ impl FieldPipeline {
     }
 
     fn reach(&self, world: &WorldMut<'_>) -> Option<Reach> {
-        let parameters = world.integration_parameters;
-        // The carriers of fields move as well.
-        let way = parameters.max_linear_velocity() * parameters.dt * BEYOND_LIMIT * 2.0;
-        let way = Vector::splat(way);
-        let reach = match self.scene.compiled.reach(&world.view()) {
-            Box::Everywhere => return None,
-            Box::Nowhere => Reach {
-                low: Vector::splat(Real::INFINITY),
-                high: Vector::splat(-Real::INFINITY),
-            },
-            Box::Within(bounds) => Reach {
-                low: bounds.mins - way,
-                high: bounds.maxs + way,
-            },
-        };
-        (way.is_finite() && !reach.low.is_nan() && !reach.high.is_nan()).then_some(reach)
+        let reach = Reach::of(self.scene.compiled.reach(&world.view()), world);
+        reach.filter(Reach::is_bounded)
+    }
+
+    /// Returns true if a body that carries a force is awake, so that its field may come to sleepers.
+    pub(super) fn is_carried(&self, world: &WorldMut<'_>) -> bool {
+        let view = world.view();
+        let awake = |anchor: &Anchor| is_awake(anchor, &view);
+        world.islands.num_active_bodies() > 0 && self.scene.compiled.moves_by(awake)
+    }
+
+    /// The part of the world in which sleepers have to be looked at, because a body that carries a force is awake;
+    /// `None` if there are none.
+    pub(super) fn near_carriers(
+        &self,
+        fields: &Definition<'_>,
+        world: &WorldMut<'_>,
+    ) -> Option<Reach> {
+        let view = world.view();
+        let never = fields.settings.wake == WakePolicy::Never;
+        if never || !self.is_carried(world) || !view.bodies().any(|(_, body)| body.is_sleeping()) {
+            return None;
+        }
+        let awake = |anchor: &Anchor| is_awake(anchor, &view);
+        let reach = Reach::of(self.scene.compiled.moving_reach(&view, awake), world);
+        reach.filter(|it| !it.is_empty())
     }
 
     /// All samples of all bodies that fields can move, including sleeping ones. `gatherer` keeps its points of shapes.

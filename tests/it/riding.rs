@@ -225,3 +225,49 @@ fn bodies_that_fly_off_do_not_hide_how_stiff_others_are() {
         }
     }
 }
+
+/// Fields made of others act where their body has gone, alone and among so many that an index finds them.
+#[test]
+fn composites_act_where_their_body_is() {
+    for as_instances in [false, true] {
+        for besides in [0, 40] {
+            let mut world = weightless(from_f64(DT));
+            let carrier = RigidBodyBuilder::kinematic_velocity_based().linvel(Vector::X * 10.0);
+            let carrier = world.insert_body(carrier.translation(Vector::X * -2.0));
+            // Half a metre beside the way, so that a ball is in the shell for 2 √(1 − 1/4) m.
+            let place = |k: usize| Vector::new(2.0 * k as Real, 0.0, 0.5);
+            let balls = [0, 1, 2, 3].map(|k| {
+                let ball = ColliderBuilder::ball(0.01).mass(1.0);
+                let body = RigidBodyBuilder::dynamic()
+                    .translation(place(k))
+                    .can_sleep(std::env::var("SL").is_ok());
+                world.insert(body, ball).0
+            });
+            let shell = Field::uniform(Vector::Y).within(Region::ball(1.0));
+            let core = Field::uniform(Vector::Y * -5.0).within(Region::ball(0.3));
+            let tree = match as_instances {
+                true => Tree::instances(shell.replace_union(core), [carrier]),
+                false => shell.at(carrier).replace_union(core.at(carrier)),
+            };
+            let others = (0..besides).map(|k| {
+                let zone = Region::ball(1.0 + 0.01 * k as Real);
+                let [pull, push] = [1.0, -0.5].map(|it| Field::uniform(Vector::X * it));
+                let pull = pull.within(zone).at(Vector::Z * 90.0);
+                pull.replace_union(push.within(Region::ball(0.5)).at(Vector::Z * 90.0))
+            });
+            let mut fields = build(others.fold(tree, Tree::sum_union), Scheme::KickDriftKick);
+            // The carrier comes to x = 5, past three of the balls.
+            for _ in 0..42 {
+                fields.step(&mut world).expect("a step");
+            }
+            for (k, ball) in balls.into_iter().enumerate() {
+                let speed = to_f64(world.bodies[ball].linvel().y);
+                let due = if k < 3 { 0.1 * 3_f64.sqrt() } else { 0.0 };
+                assert!(
+                    (speed - due).abs() <= DT,
+                    "{as_instances}, {besides}, ball {k}: {speed}, not {due}"
+                );
+            }
+        }
+    }
+}

@@ -425,3 +425,80 @@ fn a_fraction_that_is_no_number_or_negative_is_refused() {
         assert!(matches!(error, Err(StepError::Setting(_))), "{error:?}");
     }
 }
+
+/// What carries a field past sleepers.
+#[derive(Clone, Copy, Debug)]
+enum Carrier {
+    Thrown,
+    Moved,
+    Led,
+}
+
+impl Carrier {
+    fn insert(self, world: &mut PhysicsWorld) -> RigidBodyHandle {
+        let body = match self {
+            Carrier::Thrown => RigidBodyBuilder::dynamic().additional_mass(1.0),
+            Carrier::Moved => RigidBodyBuilder::kinematic_velocity_based(),
+            Carrier::Led => RigidBodyBuilder::kinematic_position_based(),
+        };
+        let linvel = match self {
+            Carrier::Led => Vector::ZERO,
+            _ => Vector::X * 10.0,
+        };
+        world.insert_body(body.linvel(linvel).translation(Vector::X * -2.0))
+    }
+}
+
+/// Fields that act within one metre, or everywhere, of a body. One of them depends on velocities.
+fn carried(by: RigidBodyHandle) -> [Tree; 5] {
+    let ball = Region::ball(1.0);
+    let shell = Field::uniform(Vector::Y).within(ball.clone());
+    let core = Field::uniform(Vector::Y * -5.0).within(Region::ball(0.3));
+    let composite = shell.clone().replace_union(core);
+    [
+        shell.at(by).into(),
+        Tree::instances(composite, [by]),
+        Field::radial(1.0, -2.0).within(ball.clone()).at(by).into(),
+        Field::wind(Vector::Y * 3.0, 1.0, 0.0)
+            .within(ball)
+            .at(by)
+            .into(),
+        Field::radial(1.0, -2.0).at(by).into(),
+    ]
+}
+
+/// Balls in a row fall asleep while a field comes along: some before it, some in the very step in which it arrives.
+#[test]
+fn a_field_that_comes_along_wakes_sleepers() {
+    for carrier in [Carrier::Thrown, Carrier::Moved, Carrier::Led] {
+        for number in 0..5 {
+            for scheme in SCHEMES {
+                let mut world = weightless(1.0 / 60.0);
+                let by = carrier.insert(&mut world);
+                let place = |k: usize| Vector::new(0.25 * k as Real, 0.0, 0.5);
+                let balls: Vec<_> = (0..60)
+                    .map(|k| {
+                        let ball = ColliderBuilder::ball(0.01).mass(1.0);
+                        let body = RigidBodyBuilder::dynamic().translation(place(k));
+                        world.insert(body, ball).0
+                    })
+                    .collect();
+                let mut fields = build(carried(by)[number].clone(), scheme);
+                let mut asleep = 0;
+                for step in 0..120 {
+                    let next = Vector::X * ((step + 1) as Real / 6.0 - 2.0);
+                    world.bodies[by].set_next_kinematic_translation(next);
+                    fields.step(&mut world).expect("a step");
+                    let sleeps = |ball: &&RigidBodyHandle| world.bodies[**ball].is_sleeping();
+                    asleep = asleep.max(balls.iter().filter(sleeps).count());
+                }
+                // The field without a border keeps all awake.
+                assert_eq!(asleep > 30, number < 4, "{carrier:?}, {number}, {scheme:?}");
+                for (k, ball) in balls.iter().enumerate() {
+                    let moved = world.bodies[*ball].translation() != place(k);
+                    assert!(moved, "{carrier:?}, {number}, {scheme:?}: ball {k}");
+                }
+            }
+        }
+    }
+}

@@ -17,9 +17,7 @@ pub(super) fn gather<T>(items: &mut [T], size: usize, point: &impl Fn(&T) -> DVe
     if items.len() <= size {
         return;
     }
-    let middle = (items.len() / 2)
-        .next_multiple_of(size)
-        .min(items.len() - 1);
+    let middle = (items.len() / 2).next_multiple_of(size);
     part(items, middle, point);
     let (before, after) = items.split_at_mut(middle);
     gather(before, size, point);
