@@ -326,6 +326,29 @@ fn streams(field: Field, seeds: &[Vector]) -> Vec<Vec<Vector>> {
     paths
 }
 
+/// Without seeds, one line begins at each point of a lattice on the slice.
+#[test]
+fn stream_lines_begin_on_the_slice_by_default() {
+    let style = FieldDebugRenderStyle {
+        stream_points: 5,
+        stream_steps: 1,
+        half_size: Some(2.0),
+        slice_normal: Vector::Y,
+        ..still()
+    };
+    let fields = Fields::new(Field::uniform(Vector::Y)).expect("a valid field");
+    let (lines, _) = render(style, Mode::STREAM_LINES, &fields, &free_world());
+    assert_eq!(lines.len(), 25);
+    let mut begins: Vec<_> = lines.iter().map(|line| [line.a.x, line.a.z]).collect();
+    begins.sort_by(|a, b| a.partial_cmp(b).expect("finite"));
+    begins.dedup();
+    assert_eq!(begins.len(), 25, "{begins:?}");
+    assert!(
+        begins.iter().flatten().all(|it| it.abs() <= 2.0),
+        "{begins:?}"
+    );
+}
+
 #[test]
 fn stream_lines_of_a_vortex_are_circles() {
     let radii = [0.5, 1.0, 3.0];

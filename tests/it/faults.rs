@@ -26,14 +26,17 @@ enum Bad {
     Singular,
     /// Finite, but too large for any velocity.
     Huge,
+    /// Too large from the middle of the fourth step on, which only schemes that divide steps see in its first half.
+    HugeLater,
 }
 
-const ALL_BAD: [Bad; 5] = [
+const ALL_BAD: [Bad; 6] = [
     Bad::Nan,
     Bad::Infinite,
     Bad::Later,
     Bad::Singular,
     Bad::Huge,
+    Bad::HugeLater,
 ];
 
 impl Bad {
@@ -50,6 +53,11 @@ impl Bad {
                 .sampled(Sampling::Centre)
                 .at(Vector::X * (FAR + 2.0)),
             Bad::Huge => Field::uniform(Vector::Y * (Real::MAX / 4.0)),
+            Bad::HugeLater => Field::closure([Axis::Time], |sample: &Sample| {
+                let later = sample.axes[0] > 0.055;
+                let huge = 100.0 * Real::MAX.sqrt();
+                Vector::Y * if later { huge } else { 0.25 }
+            }),
         };
         let region = match self {
             // In the field's frame, so around its anchor.

@@ -58,6 +58,37 @@ fn touches_that_sampling_would_miss_are_counted() {
     }
 }
 
+/// Parry takes a half-space first, so the pair has to be turned round where it is second.
+#[test]
+fn the_normal_on_a_half_space_is_right_whichever_came_first() {
+    for made in MADE {
+        for floor_first in [true, false] {
+            let mut world = arena(from_f64(0.1));
+            let tilt = Vector::new(0.2, 1.0, -0.1).normalize();
+            let floor = |world: &mut PhysicsWorld| {
+                let body = RigidBodyBuilder::fixed().translation(Vector::Y * -1.5);
+                insert(
+                    world,
+                    body,
+                    [ColliderBuilder::new(SharedShape::halfspace(tilt))],
+                )
+            };
+            let first = floor_first.then(|| floor(&mut world));
+            let part = made.insert(&mut world, Vector::ZERO, Vector::new(0.4, 0.2, -0.3));
+            let floor = first.unwrap_or_else(|| floor(&mut world));
+            world.bodies[part.body].set_linvel(Vector::Y * -14.0, true);
+            let tree = touch(parts(&[&part, &floor]), ELASTIC);
+            let builder = Fields::builder(tree).detection(Detection::Swept);
+            let mut fields = builder.cross_check(true).build().expect("a valid tree");
+            step(&mut fields, &mut world);
+            let found = report(&fields);
+            println!("{made:?}: {:?}", found.touches);
+            assert_eq!(found.disagreed(), 0, "{made:?}\n{found}");
+            assert!(found.touches.agreed >= 1, "{made:?}\n{found}");
+        }
+    }
+}
+
 #[test]
 fn discrete_detection_has_no_touches() {
     let (mut world, things) = overlapping([Vector::X, Vector::ZERO], [1.0; 2]);
