@@ -111,18 +111,15 @@ impl Nodes<'_> {
         };
         let checked = self.validate_field(place, field, declared);
         checked.map_err(|error| (error, place))?;
-        if field.is_contact() {
-            self.validate_detection_anchors(term)?;
+        if place != term || field.reacts {
+            self.validate_reactions(term)?;
         }
-        if place == term && !field.reacts {
+        if !field.is_contact() {
             return Ok(());
         }
-        self.validate_reactions(term)?;
-        if field.is_contact() {
-            let mut below = self.below(term).into_iter();
-            return below.try_for_each(|node| self.validate_detection(node));
-        }
-        Ok(())
+        self.validate_detection_anchors(term)?;
+        let mut below = self.below(term).into_iter();
+        below.try_for_each(|node| self.validate_detection(node))
     }
 
     /// The size of the subtree of the first of these nodes. Operands are listed after their users.

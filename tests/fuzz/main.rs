@@ -3,8 +3,8 @@
 //! `FUZZ_SECONDS=600 FUZZ_SEED=1 cargo test --release --test fuzz -- --nocapture`: cases from that seed on, for that
 //! long (by default half a minute), on all processors. In each case, fields cause no panic and no body that is not
 //! finite, a step that fails leaves the world as it was, and no step takes a minute; every fourth case gives the same
-//! bits twice, although all questions are asked the first time and none the second time; and some steps are predicted,
-//! bit for bit. The seeds of faults that were found stay in [`FOUND`].
+//! bits twice, although all questions are asked the first time and none the second time; and some steps are those of a copy
+//! of the world and its fields, bit for bit. The seeds of faults that were found stay in [`FOUND`].
 //!
 //! Cases run in a [child process](child), so that the seed of a case that ends its process, or hangs, is known. A
 //! fault, even a crash, that Rapier alone has in the same world does not count (seed 7000174: contacts that outlive a
@@ -17,8 +17,11 @@ extern crate rapier3d_fields_f64 as rapier3d_fields;
 #[path = "../it/support/bits.rs"]
 mod bits;
 mod child;
+mod copies;
 mod draw;
 mod edits;
+#[path = "../it/support/formats.rs"]
+mod formats;
 #[cfg(feature = "enhanced-determinism")]
 mod golden;
 mod replay;
@@ -31,10 +34,12 @@ use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 use rapier3d_fields::WorldMut;
+use rapier3d_fields::math::{Real, to_f64};
 use rapier3d_fields::pipeline::StepOutcome;
 use rapier3d_fields::prelude::*;
 
 use bits::bits;
+use copies::Copying;
 use draw::Draw;
 use edits::Edits;
 
@@ -166,14 +171,21 @@ impl Way {
     }
 }
 
-/// The bits after a step, as they are predicted; `None` if the step fails.
-fn predicted(fields: &Fields, world: &PhysicsWorld) -> Option<Vec<Vec<u64>>> {
-    let mut prediction = fields.predict(world);
-    prediction.step().ok()?;
-    Some(bits(&prediction.world))
+/// The bits of all bodies and joints.
+fn whole(world: &PhysicsWorld) -> Vec<Vec<u64>> {
+    let of = |numbers: &[Real]| numbers.iter().map(|it| to_f64(*it).to_bits()).collect();
+    let impulses = world.impulse_joints.iter().map(|it| it.1.impulses);
+    let impulses = impulses.map(|it| of(it.as_slice()));
+    let multibodies = world.multibody_joints.multibodies();
+    let speeds = multibodies.map(|it| of(it.generalized_velocity().as_slice()));
+    bits(world)
+        .into_iter()
+        .chain(impulses)
+        .chain(speeds)
+        .collect()
 }
 
-/// Runs a case. If `asks`, fields are asked between steps, and some steps are predicted.
+/// Runs a case. If `asks`, fields are asked between steps, and some steps are compared with those of a copy.
 fn run(seed: u64, way: Way, asks: bool) -> Outcome {
     let mut world = worlds::world(&mut Draw::new(seed, 0));
     let with_fields = way != Way::Alone;
@@ -189,7 +201,7 @@ fn run(seed: u64, way: Way, asks: bool) -> Outcome {
     }
     for step in 0..edits.steps {
         edits.apply(step, &mut world, fields.as_mut());
-        let (before, was_wild) = (bits(&world), is_wild(&world));
+        let (before, was_wild) = (whole(&world), is_wild(&world));
         let start = Instant::now();
         let Some(fields) = &mut fields else {
             world.step();
@@ -202,7 +214,8 @@ fn run(seed: u64, way: Way, asks: bool) -> Outcome {
             // (f64, seed 802354).
             world.physics_pipeline = PhysicsPipeline::new();
         }
-        let foreseen = (foresees && asks).then(|| predicted(fields, &world));
+        let copying = Copying::draw(&mut ask);
+        let foreseen = (foresees && asks).then(|| copying.step(fields, &world));
         let (outcome, was_absurd) = match way {
             Way::Halves => halves(fields, &mut world).map_err(|it| format!("step {step} {it}"))?,
             _ => (fields.step(&mut world), false),
@@ -212,14 +225,14 @@ fn run(seed: u64, way: Way, asks: bool) -> Outcome {
             return Err(format!("step {step} took {took:?}"));
         }
         let done = outcome.as_ref().ok().map(|_| bits(&world));
-        if foreseen.is_some_and(|it| it != done) {
-            return Err(format!("step {step} is not as predicted"));
+        if foreseen.flatten().is_some_and(|it| it != done) {
+            return Err(format!("step {step} is not that of a copy"));
         }
         trace
             .reports
             .extend(outcome.as_ref().map(|it| report::of_step(fields, it)));
         if let Err(error) = outcome {
-            if bits(&world) != before {
+            if whole(&world) != before {
                 return Err(format!(
                     "step {step}: the world is not as it was after: {error}"
                 ));

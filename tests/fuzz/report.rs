@@ -2,7 +2,9 @@
 
 use std::fmt::{Debug, Write};
 
-use rapier3d_fields::debug_render::FieldDebugRenderPipeline;
+use rapier3d_fields::debug_render::{
+    FieldDebugRenderMode, FieldDebugRenderPipeline, FieldDebugRenderStyle,
+};
 use rapier3d_fields::math::to_f64;
 use rapier3d_fields::pipeline::StepOutcome;
 use rapier3d_fields::prelude::*;
@@ -73,7 +75,17 @@ pub fn answers(fields: &Fields, world: &PhysicsWorld, draw: &mut Draw) -> u64 {
         hash.print(&fields.samples(handle, world));
         hash.print(&fields.stiffness(handle, dt, world).ok());
     }
-    let drawn = FieldDebugRenderPipeline::default().render(&mut hash, fields, world);
+    let style = FieldDebugRenderStyle {
+        max_lines: 2000,
+        subdivisions: 6,
+        slice_points: 4,
+        volume_points: 3,
+        stream_points: 3,
+        stream_steps: 10,
+        ..FieldDebugRenderStyle::default()
+    };
+    let mut drawing = FieldDebugRenderPipeline::new(style, FieldDebugRenderMode::all());
+    let drawn = drawing.render(&mut hash, fields, world);
     hash.print(&drawn);
     hash.0
 }

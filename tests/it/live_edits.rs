@@ -573,3 +573,36 @@ fn instances_of_instances_have_their_own_strengths() {
         assert_eq!(force, Vector::X * sum);
     }
 }
+
+/// A contact field without an operator around it has no vector to be scaled either, whether it is built or edited so.
+#[test]
+fn an_edit_that_a_new_set_would_refuse_is_refused() {
+    let mut world = PhysicsWorld::new();
+    let (_, ball) = world.insert(RigidBodyBuilder::dynamic(), ColliderBuilder::ball(0.5));
+    let touch = || {
+        Field::contact(ContactLaw::elastic())
+            .at(ball)
+            .named("touch")
+    };
+    let refused = Fields::new(touch().strength(2.0)).err();
+    assert!(
+        matches!(refused, Some(BuildError::DetectionOperand { .. })),
+        "{refused:?}"
+    );
+    for beside in [None, Some(Field::spring(1.0))] {
+        let alone = Tree::from(touch());
+        let tree = match beside {
+            Some(field) => alone.sum_union(field),
+            None => alone,
+        };
+        let mut fields = Fields::new(tree).expect("valid fields");
+        fields.step(&mut world).expect("a step");
+        fields.set["touch"].strength = 2.0;
+        let error = fields.step(&mut world).expect_err("no such field");
+        let expected =
+            |it: &StepError| matches!(it, StepError::Setting(BuildError::DetectionOperand { .. }));
+        assert!(expected(&error), "{error}");
+        fields.set["touch"].strength = 1.0;
+        fields.step(&mut world).expect("it was corrected");
+    }
+}
