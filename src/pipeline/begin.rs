@@ -237,7 +237,7 @@ impl FieldPipeline {
         } else {
             self.near_carriers(fields, world)
         };
-        if !sleepers && !first && self.is_idle(fields, world, near.as_ref()) {
+        if !sleepers && near.is_none() && !first && self.is_idle(fields, world) {
             self.turn_freely(world.integration_parameters);
             self.write_first(state, world);
             self.rollback.clear();

@@ -183,14 +183,8 @@ impl FieldPipeline {
     }
 
     /// Returns true if no field can reach any body in this step: all fields are bounded, and each body is farther away
-    /// than Rapier lets it move; sleepers count only within `near`. Then `self.scene.bodies` are the bodies that this
-    /// crate nevertheless rotates.
-    pub(super) fn is_idle(
-        &mut self,
-        fields: &Definition<'_>,
-        world: &WorldMut<'_>,
-        near: Option<&Reach>,
-    ) -> bool {
+    /// than Rapier lets it move. Then `self.scene.bodies` are the bodies that this crate nevertheless rotates.
+    pub(super) fn is_idle(&mut self, fields: &Definition<'_>, world: &WorldMut<'_>) -> bool {
         let watched = fields.settings.audit || self.cross_checks(fields);
         let detects = !self.scene.compiled.detectors.is_empty();
         let masked = self
@@ -234,17 +228,13 @@ impl FieldPipeline {
         let turning = &mut self.scene.bodies;
         turning.clear();
         let wanted = Wanted {
-            sleepers: near.is_some(),
+            sleepers: false,
             all: self.other_bodies,
             besides: &[],
         };
         let mut walk = self.reader.walk(world.bodies, world.islands, wanted);
         while let Some((handle, body)) = walk.next(world.bodies).filter(|_| idle) {
             let extent = extent(gatherer, parts, body, &view);
-            if let Some(near) = near.filter(|_| body.is_sleeping()) {
-                idle = !near.holds(body, extent);
-                continue;
-            }
             let top = || {
                 let copy = Body::of(handle, body);
                 let top = copy.free_top(body.angvel(), exact);
@@ -294,21 +284,23 @@ impl FieldPipeline {
         world.islands.num_active_bodies() > 0 && self.scene.compiled.moves_by(awake)
     }
 
-    /// The part of the world in which sleepers have to be looked at, because a body that carries a force is awake;
-    /// `None` if there are none.
+    /// The part of the world in which fields on awake bodies may act within the step; `None` if no body sleeps there.
     pub(super) fn near_carriers(
-        &self,
+        &mut self,
         fields: &Definition<'_>,
         world: &WorldMut<'_>,
     ) -> Option<Reach> {
-        let view = world.view();
-        let never = fields.settings.wake == WakePolicy::Never;
-        if never || !self.is_carried(world) || !view.bodies().any(|(_, body)| body.is_sleeping()) {
+        if fields.settings.wake == WakePolicy::Never || !self.is_carried(world) {
             return None;
         }
+        let view = world.view();
+        let compiled = &self.scene.compiled;
         let awake = |anchor: &Anchor| is_awake(anchor, &view);
-        let reach = Reach::of(self.scene.compiled.moving_reach(&view, awake), world);
-        reach.filter(|it| !it.is_empty())
+        let reach = Reach::of(compiled.moving_reach(&view, awake), world)?;
+        let (gatherer, parts) = (&mut self.gatherer, compiled.requirements.parts);
+        let mut sleepers = view.bodies().filter(|(_, body)| body.is_sleeping());
+        let any = sleepers.any(|(_, it)| reach.holds(it, extent(gatherer, parts, it, &view)));
+        any.then_some(reach)
     }
 
     /// All samples of all bodies that fields can move, including sleeping ones. `gatherer` keeps its points of shapes.
