@@ -206,7 +206,7 @@ mod tests {
             let both = Vector6::new(x.x, x.y, x.z, x.x, x.y, x.z);
             let (three, six) = (mean3(&uneven, x), mean6(&six, &both));
             assert_eq!(three.is_some(), rate < LARGEST, "{rate}");
-            // Drag and magnetic forces have a closed form, whatever their strength.
+            // Drag and magnetic forces have a closed form, as long as their squares are in range.
             let turn = cross_matrix(crate::math::DVec3::new(0.4, 2.0, -1.1)) * rate;
             let both = turn - Matrix3::identity() * rate;
             assert_eq!(mean3(&both, x).is_some(), rate < 1e150, "{rate}");

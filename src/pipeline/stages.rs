@@ -26,6 +26,11 @@ pub(super) struct Reach {
     high: Vector,
 }
 
+const EVERYWHERE: Reach = Reach {
+    low: Vector::NEG_INFINITY,
+    high: Vector::INFINITY,
+};
+
 impl Reach {
     /// The places from which a body may come into a box within a step, and those that the box may come to; `None` if
     /// these are not numbers.
@@ -33,17 +38,17 @@ impl Reach {
         let parameters = world.integration_parameters;
         // The carriers of fields move as well.
         let way = parameters.max_linear_velocity() * parameters.dt * BEYOND_LIMIT * 2.0;
-        let (way, infinity) = (Vector::splat(way), Vector::splat(Real::INFINITY));
+        let way = Vector::splat(way);
         let [low, high] = match reach {
-            Box::Everywhere => [-infinity, infinity],
-            Box::Nowhere => [infinity, -infinity],
+            Box::Everywhere => [EVERYWHERE.low, EVERYWHERE.high],
+            Box::Nowhere => [EVERYWHERE.high, EVERYWHERE.low],
             Box::Within(bounds) => [bounds.mins - way, bounds.maxs + way],
         };
         (way.is_finite() && !low.is_nan() && !high.is_nan()).then_some(Reach { low, high })
     }
 
     fn is_bounded(&self) -> bool {
-        self.low != Vector::splat(-Real::INFINITY)
+        self.low != EVERYWHERE.low
     }
 
     fn is_empty(&self) -> bool {
@@ -296,7 +301,8 @@ impl FieldPipeline {
         let view = world.view();
         let compiled = &self.scene.compiled;
         let awake = |anchor: &Anchor| is_awake(anchor, &view);
-        let reach = Reach::of(compiled.moving_reach(&view, awake), world)?;
+        // Without a limit of speed, a body may come from anywhere.
+        let reach = Reach::of(compiled.moving_reach(&view, awake), world).unwrap_or(EVERYWHERE);
         let (gatherer, parts) = (&mut self.gatherer, compiled.requirements.parts);
         let mut sleepers = view.bodies().filter(|(_, body)| body.is_sleeping());
         let any = sleepers.any(|(_, it)| reach.holds(it, extent(gatherer, parts, it, &view)));
