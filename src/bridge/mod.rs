@@ -25,7 +25,7 @@ pub(crate) use outlived::Outlived;
 pub(crate) use read::{Reader, Walk, Wanted, is_movable, most_sleep};
 pub(crate) use restless::{Balance, Drowsing};
 pub(crate) use rollback::Rollback;
-pub(crate) use sleep::Resting;
+pub(crate) use sleep::{Resting, WakeRule};
 pub(crate) use soft::SoftBodies;
 pub(crate) use soft_load::{LentForces, SoftFlight, give_back};
 pub(crate) use stepped::{Made, StepMark, Stepped};

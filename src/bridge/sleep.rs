@@ -1,7 +1,7 @@
 //! The rule by which fields wake sleeping bodies, and the wrenches under which bodies sleep.
 
 use crate::field::BuildError;
-use crate::math::{Real, RigidBodyHandle, to_dvec3, to_f64};
+use crate::math::{Real, RigidBodyHandle, Vector, to_dvec3, to_f64};
 use crate::rigid::{Body, Wrench, is_in_order};
 
 /// The rule by which fields wake sleeping bodies.
@@ -17,10 +17,11 @@ pub enum WakePolicy {
     /// Never: sleeping bodies are not even sampled.
     Never,
     /// When the wrench on a sleeping body has changed, since it fell asleep or was first seen
-    /// asleep, by more than this fraction of the larger of the two. Force and torque are measured
-    /// together, by how much they move the body. All sleepers are looked at when a field changed,
-    /// was moved between steps, or depends on time; those that a field on an awake body may reach,
-    /// in every step.
+    /// asleep, by more than this fraction of the larger of the two; and, unless it was zero, by more
+    /// than a thousandth, or the fraction if that is less, of the body's weight with the user's force.
+    /// Force and torque are measured together, by how much they move the body. All sleepers are
+    /// looked at when a field changed, was moved between steps, or depends on time; those that a
+    /// field on an awake body may reach, in every step.
     OnChange {
         /// The fraction.
         fraction: Real,
@@ -28,6 +29,9 @@ pub enum WakePolicy {
     /// Whenever the wrench is not zero: bodies in fields never sleep.
     Always,
 }
+
+/// The share of its weight by which the wrench on a sleeper may always change: far less than what friction holds.
+const WEIGHT_SHARE: f64 = 1e-3;
 
 impl Default for WakePolicy {
     fn default() -> Self {
@@ -52,6 +56,13 @@ impl WakePolicy {
     }
 }
 
+/// A policy, with the gravity in which it applies.
+#[derive(Clone, Copy)]
+pub(crate) struct WakeRule {
+    pub policy: WakePolicy,
+    pub gravity: Vector,
+}
+
 /// The wrenches that acted on bodies when they fell asleep, in the order of their handles.
 #[derive(Clone, Debug, Default)]
 #[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
@@ -64,7 +75,7 @@ impl Resting {
         &mut self,
         bodies: &[Body],
         wrenches: &[Wrench],
-        policy: WakePolicy,
+        rule: WakeRule,
         acting: &mut Vec<bool>,
     ) {
         acting.clear();
@@ -74,13 +85,13 @@ impl Resting {
         let awake = bodies.iter().filter(|body| !body.sleeping);
         self.forget(awake.map(|body| body.handle));
         for (body, wrench) in bodies.iter().zip(wrenches) {
-            acting.push(!body.sleeping || self.wakes(body, *wrench, policy));
+            acting.push(!body.sleeping || self.wakes(body, *wrench, rule));
         }
     }
 
     /// Returns true if a wrench wakes a sleeper.
-    fn wakes(&mut self, body: &Body, wrench: Wrench, policy: WakePolicy) -> bool {
-        match policy {
+    fn wakes(&mut self, body: &Body, wrench: Wrench, rule: WakeRule) -> bool {
+        match rule.policy {
             WakePolicy::Never => false,
             WakePolicy::Always => wrench != Wrench::ZERO,
             WakePolicy::OnChange { fraction } => {
@@ -89,8 +100,13 @@ impl Resting {
                     force: wrench.force - resting.force,
                     torque: wrench.torque - resting.torque,
                 };
-                let larger = size(body, wrench).max(size(body, resting));
-                size(body, change) > to_f64(fraction) * larger
+                let fraction = to_f64(fraction);
+                let mut allowed = fraction * size(body, wrench).max(size(body, resting));
+                if resting != Wrench::ZERO {
+                    let share = fraction.min(WEIGHT_SHARE);
+                    allowed = allowed.max(share * size(body, weight(body, rule.gravity)));
+                }
+                size(body, change) > allowed
             }
         }
     }
@@ -138,6 +154,14 @@ impl Resting {
 
 fn index(body: RigidBodyHandle) -> u32 {
     body.into_raw_parts().0
+}
+
+/// The wrench on a body without fields: its weight, and the user's force and torque.
+fn weight(body: &Body, gravity: Vector) -> Wrench {
+    Wrench {
+        force: gravity * (body.gravity_scale * body.mass) + body.user_force,
+        torque: body.user_torque,
+    }
 }
 
 /// The strength of a wrench on a body: the square root of twice the energy that it gives the body at rest in a unit of

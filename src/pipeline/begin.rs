@@ -9,7 +9,7 @@ use super::state::{OpenRecord, next_number};
 use super::timings::span;
 use super::{Definition, FieldPipeline, FieldState, OpenStep, StepStage};
 use crate::bridge::{
-    self, Balance, Constraints, StepError, WakePolicy, Wanted, WorldMut, WorldRef,
+    self, Balance, Constraints, StepError, WakePolicy, WakeRule, Wanted, WorldMut, WorldRef,
 };
 use crate::contact::{Heard, to_ask};
 use crate::diagnose::{SampledFields, Tally, blame, sifted};
@@ -319,10 +319,14 @@ impl FieldPipeline {
             return Ok(());
         };
         let policy = fields.settings.wake;
+        let rule = WakeRule {
+            policy,
+            gravity: world.gravity,
+        };
         let wrenches = &evaluation.wrenches;
         state
             .resting
-            .decide(&self.scene.bodies, wrenches, policy, &mut self.acting);
+            .decide(&self.scene.bodies, wrenches, rule, &mut self.acting);
         let view = world.view();
         let sift = |fault: &Fault| sifted(fields.set, fault);
         let now = Now::first(state.time, dt);

@@ -10,7 +10,7 @@ use super::scene::{Now, iterations};
 use super::state::OpenRecord;
 use super::timings::span;
 use super::{Definition, FieldPipeline, FieldState, OpenStep, StepOutcome, StepStage, acts};
-use crate::bridge::{self, Constraints, Made, Push, StepError, Wanted, WorldMut};
+use crate::bridge::{self, Constraints, Made, Push, StepError, WakeRule, Wanted, WorldMut};
 use crate::contact::was_to_ask;
 use crate::cross_check::Judging;
 use crate::diagnose::{SampledFields, blame, sifted};
@@ -305,12 +305,14 @@ impl FieldPipeline {
             integrator.follow(&context, &evaluation, begun, &mut state.edges);
         }
         let policy = fields.settings.wake;
-        state.resting.decide(
-            &self.scene.bodies,
-            &evaluation.wrenches,
+        let rule = WakeRule {
             policy,
-            &mut self.acting,
-        );
+            gravity: world.gravity,
+        };
+        let (bodies, wrenches) = (&self.scene.bodies, &evaluation.wrenches);
+        state
+            .resting
+            .decide(bodies, wrenches, rule, &mut self.acting);
         let outcome = {
             let acts = acts(policy, &self.acting);
             integrator.second_half(&context, &evaluation, begun, &acts, &mut self.late)

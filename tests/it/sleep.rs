@@ -502,3 +502,38 @@ fn a_field_that_comes_along_wakes_sleepers() {
         }
     }
 }
+
+/// Returns whether a box that sleeps on a floor wakes while a body that carries a field flies past, two metres above.
+fn wakes_below(field: impl Fn(RigidBodyHandle) -> Tree, gravity: Real) -> bool {
+    let mut world = PhysicsWorld::new();
+    world.gravity = Vector::Y * -gravity;
+    let floor = RigidBodyBuilder::fixed().translation(Vector::Y * -0.5);
+    world.insert(floor, ColliderBuilder::cuboid(9.0, 0.5, 9.0));
+    let sleeper = RigidBodyBuilder::dynamic().translation(Vector::Y * 0.5);
+    let cube = ColliderBuilder::cuboid(0.5, 0.5, 0.5);
+    let (sleeper, _) = world.insert(sleeper, cube);
+    (0..60).for_each(|_| world.step());
+    assert!(world.bodies[sleeper].is_sleeping());
+    let by = RigidBodyBuilder::kinematic_velocity_based().translation(Vector::new(-4.0, 2.5, 0.0));
+    let by = world.insert_body(by.linvel(Vector::X * 4.0));
+    let mut fields = Fields::new(field(by)).expect("a valid tree");
+    (0..120).any(|_| {
+        fields.step(&mut world).expect("a step");
+        !world.bodies[sleeper].is_sleeping()
+    })
+}
+
+/// Beside the weight that holds a sleeper in place, small changes of a force that acted before do not count.
+#[test]
+fn a_field_that_comes_along_wakes_by_its_share_of_the_weight() {
+    let pull = |strength: Real| move |by| Field::radial(strength, -2.0).at(by).into();
+    let within = |by| {
+        let weak = Field::radial(1e-3, -2.0).within(Region::ball(3.0));
+        weak.at(by).into()
+    };
+    // At the nearest 2 m the first two pull with 0.0008 and 0.1 of the weight.
+    assert!(!wakes_below(pull(0.03), 9.81));
+    assert!(wakes_below(pull(4.0), 9.81));
+    assert!(wakes_below(pull(0.03), 0.0));
+    assert!(wakes_below(within, 9.81));
+}
