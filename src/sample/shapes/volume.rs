@@ -14,23 +14,31 @@ const MOST_TRIED: usize = 4096;
 /// to the second are those of the shape. If no grid has enough points in the shape, eight points with these moments.
 pub(super) fn rule(shape: &SharedShape, moments: &Moments) -> Option<Quadrature> {
     let (low, high) = bounds(shape)?;
-    let mut counts = [2_usize; 3];
-    loop {
-        let size = DVec3::new(counts[0] as f64, counts[1] as f64, counts[2] as f64);
-        let edges = (high - low) / size;
+    let on_grid = |counts: [usize; 3]| {
+        let edges = (high - low) / sizes(counts);
         let points = inside(shape, low, edges, counts);
-        if points.len() >= FEWEST
-            && let Some((points, map)) = matched(&points, moments)
-        {
-            let edge = DMat3::from_diagonal(edges * edges / 12.0);
-            return Some(Quadrature::of(points, map * edge * map.transpose()));
-        }
-        if counts.iter().product::<usize>() > MOST_TRIED {
-            break;
-        }
-        counts[edges.max_position()] += 1;
-    }
-    corners(moments)
+        let enough = points.len() >= FEWEST;
+        let (points, map) = enough.then(|| matched(&points, moments)).flatten()?;
+        let edge = DMat3::from_diagonal(edges * edges / 12.0);
+        Some(Quadrature::of(points, map * edge * map.transpose()))
+    };
+    let mut tried = grids(high - low).map(on_grid);
+    tried.find_map(|rule| rule).or_else(|| corners(moments))
+}
+
+/// The numbers of cells of grids that fill a box of this size, each finer than the one before where cells are longest.
+fn grids(size: DVec3) -> impl Iterator<Item = [usize; 3]> {
+    std::iter::successors(Some([2; 3]), move |last: &[usize; 3]| {
+        let mut counts = *last;
+        // In proportion, or the grids of a needle would have millions of cells in sum.
+        let longest = &mut counts[(size / sizes(*last)).max_position()];
+        *longest += 1 + *longest / 8;
+        (last.iter().product::<usize>() <= MOST_TRIED).then_some(counts)
+    })
+}
+
+fn sizes(counts: [usize; 3]) -> DVec3 {
+    DVec3::from_array(counts.map(|count| count as f64))
 }
 
 /// The centres of those cells of the grid that lie in the shape.
@@ -60,4 +68,24 @@ fn corners(moments: &Moments) -> Option<Quadrature> {
     };
     // Each point stands for an eighth of the volume: a copy of the shape that is half as wide.
     Some(Quadrature::of((0..8).map(point), moments.second * 0.25))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn grids_have_few_cells_in_sum() {
+        for size in [[1.0, 1.0, 1.0], [1.0, 2.0, 1e-4], [3.0, 1e-4, 1e-4]] {
+            let cells = grids(size.into()).map(|counts| counts.iter().product());
+            let cells: Vec<usize> = cells.collect();
+            assert!(cells.is_sorted());
+            let [.., before, last] = cells[..] else {
+                panic!("{size:?} has few grids");
+            };
+            assert!(before <= MOST_TRIED && MOST_TRIED < last, "{size:?}");
+            let sum: usize = cells.iter().sum();
+            assert!(sum < 15 * MOST_TRIED, "{size:?}: {sum}");
+        }
+    }
 }
