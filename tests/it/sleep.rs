@@ -210,6 +210,34 @@ fn jointed_bodies_in_a_weak_field_stay_awake() {
     }
 }
 
+/// A field pulls one ball of a pair, which cannot move as the field alone would move it.
+#[test]
+fn a_pair_of_which_a_field_pulls_one_stays_awake() {
+    let only = |group| InteractionGroups::new(group, group, InteractionTestMode::And);
+    for scheme in SCHEMES {
+        for float in [Float::Jointed, Float::Articulated] {
+            let mut world = weightless(1.0 / 60.0);
+            let pair = float.insert(&mut world, 0.0, 1000.0);
+            for (body, group) in pair.iter().zip([Group::GROUP_1, Group::GROUP_2]) {
+                let collider = world.bodies[*body].colliders()[0];
+                world.colliders[collider].set_collision_groups(only(group));
+            }
+            let pull = Field::uniform(Vector::X * -0.05).force_mode(ForceMode::Acceleration);
+            let mut fields = build(pull.groups(only(Group::GROUP_1)), scheme);
+            for _ in 0..240 {
+                fields.step(&mut world).expect("a step");
+            }
+            let mean = pair.iter().map(|it| world.bodies[*it].translation().x);
+            let way = to_f64(mean.sum::<Real>() * -0.5);
+            assert_at_most(
+                (way - 0.2).abs(),
+                0.01,
+                format!("{scheme:?}, {float:?}: {way}"),
+            );
+        }
+    }
+}
+
 /// Forces on two bodies balance through the joint between them, although each alone would accelerate.
 #[test]
 fn a_pair_that_a_field_presses_onto_its_joint_falls_asleep() {

@@ -54,6 +54,13 @@ fn world() -> PhysicsWorld {
         .local_anchor2(Vector::X * -0.6)
         .motor_velocity(3.0, 0.5);
     world.impulse_joints.insert(one, other, motor, true);
+    // A joint without motor: only its impulses change.
+    let hook = RigidBodyBuilder::fixed().translation(at(14.0) + Vector::Y * 6.0);
+    let hook = world.bodies.insert(hook);
+    let weight = RigidBodyBuilder::dynamic().translation(at(14.5) + Vector::Y * 5.0);
+    let (weight, _) = world.insert(weight, cube());
+    let chain = SphericalJointBuilder::new().local_anchor2(Vector::new(-0.5, 1.0, 0.0));
+    world.impulse_joints.insert(hook, weight, chain, true);
     let post = RigidBodyBuilder::fixed().translation(at(18.0) + Vector::Y * 6.0);
     let mut last = world.bodies.insert(post);
     for k in 1..4 {
@@ -201,6 +208,9 @@ fn a_refused_step_leaves_the_world_as_it_was() {
                 // Under another policy the world goes on.
                 fields.settings.on_fault = FaultPolicy::LeaveOut;
                 fields.step(&mut world).expect("the world goes on");
+                // Nothing is left of the copies of the refused steps.
+                fields.settings.on_fault = FaultPolicy::Refuse;
+                refuses(&mut fields, &mut world, &place);
             }
         }
     }
