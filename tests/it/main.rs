@@ -110,6 +110,7 @@ mod threads;
 mod timed;
 mod traces;
 mod uneven_ground;
+mod waking;
 mod warned;
 mod watched;
 mod weak;
