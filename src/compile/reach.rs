@@ -54,16 +54,9 @@ impl Compiled {
         if self.tally.any(Facts::UNBOUNDED) {
             return FieldReach::Everywhere;
         }
-        let mut bounds = self.extent.still;
-        for (anchor, range) in self.moving_ranges() {
-            if let Some(frame) = world.frame(anchor) {
-                bounds.add(frame.pose.translation, range);
-            }
-        }
-        bounds
-            .filled()
-            .map_or(FieldReach::Nowhere, FieldReach::Within)
+        self.reach_beside(self.extent.still, world, |_| true)
     }
+
     /// Returns true if a force is anchored to a body or collider chosen by `is_wanted`.
     pub(crate) fn moves_by(&self, is_wanted: impl Fn(&Anchor) -> bool) -> bool {
         self.moving_ranges().any(|(anchor, _)| is_wanted(anchor))
@@ -75,9 +68,18 @@ impl Compiled {
         world: &impl Frames,
         is_wanted: impl Fn(&Anchor) -> bool,
     ) -> FieldReach {
-        let mut bounds = Bounds::default();
-        let wanted = self.moving_ranges().filter(|(anchor, _)| is_wanted(anchor));
-        for (anchor, range) in wanted {
+        self.reach_beside(Bounds::default(), world, is_wanted)
+    }
+
+    /// A bound of `bounds` and of the places where forces can act that are anchored to bodies and colliders chosen by
+    /// `is_wanted`.
+    fn reach_beside(
+        &self,
+        mut bounds: Bounds,
+        world: &impl Frames,
+        is_wanted: impl Fn(&Anchor) -> bool,
+    ) -> FieldReach {
+        for (anchor, range) in self.moving_ranges().filter(|it| is_wanted(it.0)) {
             if range == Real::INFINITY {
                 return FieldReach::Everywhere;
             }

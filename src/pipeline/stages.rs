@@ -295,14 +295,18 @@ impl FieldPipeline {
         fields: &Definition<'_>,
         world: &WorldMut<'_>,
     ) -> Option<Reach> {
-        if fields.settings.wake == WakePolicy::Never || !self.is_carried(world) {
+        if fields.settings.wake == WakePolicy::Never || world.islands.num_active_bodies() == 0 {
             return None;
         }
         let view = world.view();
         let compiled = &self.scene.compiled;
         let awake = |anchor: &Anchor| is_awake(anchor, &view);
+        let reach = compiled.moving_reach(&view, awake);
+        if reach == Box::Nowhere {
+            return None;
+        }
         // Without a limit of speed, a body may come from anywhere.
-        let reach = Reach::of(compiled.moving_reach(&view, awake), world).unwrap_or(EVERYWHERE);
+        let reach = Reach::of(reach, world).unwrap_or(EVERYWHERE);
         let (gatherer, parts) = (&mut self.gatherer, compiled.requirements.parts);
         let mut sleepers = view.bodies().filter(|(_, body)| body.is_sleeping());
         let any = sleepers.any(|(_, it)| reach.holds(it, extent(gatherer, parts, it, &view)));

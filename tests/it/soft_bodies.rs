@@ -132,6 +132,34 @@ fn wind_of_any_strength_carries_soft_bodies_along() {
     }
 }
 
+/// Three soft bodies of different kinds in one wind move as each of them alone, bit for bit.
+#[test]
+fn soft_bodies_beside_others_move_as_alone() {
+    for scheme in [Scheme::KickDriftKick, Scheme::Kick] {
+        let wind = Field::wind(Vector::new(5.0, 0.0, 2.0), 40.0, 0.0);
+        let moved = |builders: &[SoftBodyBuilder]| -> Vec<[DVec3; 2]> {
+            let mut world = world(60.0);
+            let insert = |it: &SoftBodyBuilder| world.insert_soft_body(it.clone());
+            let softs: Vec<_> = builders.iter().map(insert).collect();
+            let mut fields = build(wind.clone(), scheme);
+            for _ in 0..30 {
+                fields.step(&mut world).expect("a finite step");
+            }
+            softs.into_iter().map(|it| means(&world, it)).collect()
+        };
+        let from = Vector::X * 50.0;
+        let rope = SoftBodyBuilder::rope(from, from + Vector::X, 5).no_surface_collider();
+        let block = SoftBodyBuilder::cuboid(from * 2.0, Vector::splat(0.5), 3, 3, 3);
+        let [rope, block] = [rope, block].map(|it| it.mass(2.0).can_sleep(false));
+        let all = [cloth(), rope, block];
+        let alone: Vec<_> = all
+            .iter()
+            .map(|it| moved(std::slice::from_ref(it)))
+            .collect();
+        assert_eq!(moved(&all), alone.concat(), "{scheme:?}");
+    }
+}
+
 /// Cloth and blocks fell through pools at 98 m/s, as if there were none. Expected: (g/k) (1 − ρ V/m), with the volume
 /// of the cells for blocks, and none for cloth.
 #[test]

@@ -255,3 +255,39 @@ impl Law for Turbulence {
         require(fits, field, quantity, "one or more, and finite", value)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Each wave has the length, the share of the energy and the frequency that are documented.
+    #[test]
+    fn energies_fall_like_kolmogorovs() {
+        const DETAIL: f64 = 64.0;
+        const SEEDS: u64 = 400;
+        let mut energies: Each = [0.0; WAVES];
+        let square = |vectors: &[Each; 3], n: usize| -> f64 {
+            vectors.iter().map(|numbers| numbers[n] * numbers[n]).sum()
+        };
+        for seed in 0..SEEDS {
+            let flow = Turbulence::new(seed, 3.0, 2.0).detail(64.0).turnover(0.5);
+            let waves = &flow.waves;
+            for (n, energy) in energies.iter_mut().enumerate() {
+                let ratio = DETAIL.powf(n as f64 / 31.0);
+                let length = TAU / square(&waves.along, n).sqrt();
+                assert!((length * ratio - 2.0).abs() < 1e-12, "{n}: {length}");
+                let frequency = waves.frequency[n] / (TAU * 0.5);
+                assert!((frequency / ratio.cbrt().powi(2) - 1.0).abs() < 1e-12);
+                *energy += (square(&waves.cosine, n) + square(&waves.sine, n)) / 2.0;
+            }
+        }
+        let total: f64 = energies.iter().sum();
+        assert!((total / SEEDS as f64 - 9.0).abs() < 1e-9, "{total}");
+        // Of 400 random waves, the mean is within 2 % of what is expected of any.
+        let level = energies[0];
+        for (n, energy) in energies.iter().enumerate() {
+            let due = level * DETAIL.powf(n as f64 / -46.5);
+            assert!((energy / due - 1.0).abs() < 0.15, "{n}: {energy}, {due}");
+        }
+    }
+}

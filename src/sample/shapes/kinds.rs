@@ -122,13 +122,24 @@ mod tests {
             );
             SharedShape::compound(vec![part])
         };
-        let makes: [&dyn Fn() -> SharedShape; 12] = [
+        let makes: [&dyn Fn() -> SharedShape; 23] = [
             &|| SharedShape::capsule_y(0.5, 0.2),
+            &|| SharedShape::capsule_y(0.5, 0.3),
+            &|| SharedShape::capsule_y(0.6, 0.2),
             &|| SharedShape::capsule_x(0.5, 0.2),
             &|| SharedShape::cylinder(0.5, 0.2),
+            &|| SharedShape::cylinder(0.5, 0.3),
             &|| SharedShape::cone(0.5, 0.2),
+            &|| SharedShape::cone(0.6, 0.2),
             &|| SharedShape::cuboid(0.5, 0.2, 0.1),
+            &|| SharedShape::cuboid(0.5, 0.2, 0.2),
             &|| SharedShape::round_cuboid(0.5, 0.2, 0.1, 0.05),
+            &|| SharedShape::round_cuboid(0.5, 0.2, 0.1, 0.06),
+            &|| SharedShape::round_cylinder(0.5, 0.2, 0.05),
+            &|| SharedShape::round_cylinder(0.5, 0.2, 0.06),
+            &|| SharedShape::round_cylinder(0.5, 0.3, 0.05),
+            &|| SharedShape::round_cone(0.5, 0.2, 0.05),
+            &|| SharedShape::round_cone(0.5, 0.2, 0.06),
             &|| hull(1.0),
             &|| hull(2.0),
             &|| mesh(TriMeshFlags::empty()),

@@ -7,9 +7,15 @@ use std::process::{Command, Stdio};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
-/// The programs, and the beginning of the names of the tests to be run: the sources are the same in both precisions, and
-/// so are most tests. Random worlds are those whose bits are known.
-const PROGRAMS: [(&str, &str); 3] = [("unit", ""), ("it", ""), ("fuzz", "golden::")];
+/// The folders of the programs, their names, and the beginning of the names of the tests to be run. Random worlds are
+/// those whose bits are known.
+const PROGRAMS: [[&str; 3]; 4] = [
+    ["tests", "unit", ""],
+    ["tests", "it", ""],
+    ["tests", "fuzz", "golden::"],
+    // For the tests that only this precision has.
+    ["tests/f64", "it", ""],
+];
 
 pub struct Program {
     path: PathBuf,
@@ -32,10 +38,11 @@ pub fn build(folder: &Path) -> Vec<Program> {
         .args([
             "-p",
             "rapier3d-fields-tests",
-            "--features",
-            "enhanced-determinism",
+            "-p",
+            "rapier3d-fields-tests-f64",
         ])
-        .args(PROGRAMS.iter().flat_map(|it| ["--test", it.0]))
+        .args(["--features", "enhanced-determinism"])
+        .args(PROGRAMS.iter().flat_map(|it| ["--test", it[1]]))
         .env("RUSTFLAGS", "--cap-lints=allow")
         .current_dir(folder)
         .stderr(Stdio::inherit())
@@ -50,15 +57,15 @@ pub fn build(folder: &Path) -> Vec<Program> {
         if let Some(path) = message["executable"].as_str() {
             let text = |value: &serde_json::Value| value.as_str().unwrap_or_default().to_owned();
             let manifest = PathBuf::from(text(&message["manifest_path"]));
-            let path = PathBuf::from(path);
-            paths.insert(text(&message["target"]["name"]), (path, manifest));
+            let of = manifest.parent().expect("a folder").to_owned();
+            paths.insert((of, text(&message["target"]["name"])), path.into());
         }
     }
-    let program = |(name, tests)| {
-        let (path, manifest) = paths.remove(name).expect("a program of each name");
-        let folder = manifest.parent().expect("a folder").to_owned();
+    let program = |[of, name, tests]: [&'static str; 3]| {
+        let folder = folder.join(of);
+        let path = paths.remove(&(folder.clone(), name.to_owned()));
         Program {
-            path,
+            path: path.expect("a program of each name"),
             folder,
             tests,
         }
