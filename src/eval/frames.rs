@@ -9,8 +9,8 @@ use crate::field::{Frame, Frames};
 pub(super) struct FrameCache {
     frames: Vec<Option<Frame>>,
     /// For each anchor, the evaluation in which it was last looked up.
-    known: Vec<u32>,
-    evaluation: u32,
+    known: Vec<u64>,
+    evaluation: u64,
 }
 
 impl FrameCache {
@@ -21,10 +21,6 @@ impl FrameCache {
         if self.frames.len() < count {
             self.frames.resize(count, None);
             self.known.resize(count, 0);
-        }
-        if self.evaluation == u32::MAX {
-            self.known.fill(0);
-            self.evaluation = 0;
         }
         self.evaluation += 1;
     }

@@ -130,6 +130,30 @@ fn only_the_fields_that_began_a_step_finish_it() {
     }
 }
 
+/// Though no body has come or gone since the last step.
+#[test]
+fn errors_name_anchors_that_an_edit_brings() {
+    let anchor = RigidBodyHandle::from_raw_parts(77, 0);
+    for scheme in SCHEMES {
+        let mut world = PhysicsWorld::new();
+        world.insert(RigidBodyBuilder::dynamic(), ColliderBuilder::ball(0.5));
+        let mut fields = fields(Field::uniform(Vector::X), scheme);
+        fields.step(&mut world).expect("a step");
+        let culprit = Field::spring(1.0).named("culprit").at(anchor);
+        let tree = fields.set.insert(culprit);
+        for _ in 0..2 {
+            let error = fields.step(&mut world).expect_err("no such body");
+            let message = error.to_string();
+            assert!(
+                message.contains("`culprit`") && message.contains("77"),
+                "{scheme:?}: {message}"
+            );
+        }
+        drop(fields.set.remove(tree).expect("a tree of the set"));
+        fields.step(&mut world).expect("a step");
+    }
+}
+
 /// At the first step, wherever in the tree the field is.
 #[test]
 fn errors_name_anchors_that_never_existed() {
