@@ -283,11 +283,12 @@ mod tests {
         }
         let total: f64 = energies.iter().sum();
         assert!((total / SEEDS as f64 - 9.0).abs() < 1e-9, "{total}");
-        // Of 400 random waves, the mean is within 2 % of what is expected of any.
-        let level = energies[0];
-        for (n, energy) in energies.iter().enumerate() {
-            let due = level * DETAIL.powf(n as f64 / -46.5);
-            assert!((energy / due - 1.0).abs() < 0.15, "{n}: {energy}, {due}");
+        // The mean over the seeds has a standard deviation of 1.6 %.
+        let due: Each = std::array::from_fn(|n| DETAIL.powf(n as f64 / -46.5));
+        let level = total / due.iter().sum::<f64>();
+        for (n, (energy, due)) in energies.iter().zip(due).enumerate() {
+            let off = energy / (level * due) - 1.0;
+            assert!(off.abs() < 0.05, "{n}: {off}");
         }
     }
 }
