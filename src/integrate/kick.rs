@@ -155,10 +155,10 @@ impl<W: Lookup> Kick<'_, W> {
             Some(correction) if load.is_none() => felt.plus(correction),
             _ => felt,
         };
-        let given = first.given(body.handle);
-        let taken_back = free
-            .filter(|_| held)
-            .map(|free| free.taken_back(body, given, self.wrench, duration));
+        let taken_back = free.filter(|_| held).map(|free| {
+            let given = first.given(body.handle);
+            free.taken_back(body, given, self.wrench, duration)
+        });
         let true_after = !held && (solved.is_some() || self.wrench != Wrench::ZERO);
         let lag = motion.catches_up(free.is_some(), true_after);
         motions.outdated |= solved
