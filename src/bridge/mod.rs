@@ -22,7 +22,7 @@ pub use world::{WorldMut, WorldRef};
 
 pub(crate) use constrained::Constraints;
 pub(crate) use outlived::Outlived;
-pub(crate) use read::{Reader, Walk, Wanted, is_movable, most_sleep};
+pub(crate) use read::{Reader, Walk, Wanted, are_few, is_movable, most_sleep};
 pub(crate) use restless::{Balance, Drowsing};
 pub(crate) use rollback::Rollback;
 pub(crate) use sleep::{Resting, WakeRule};

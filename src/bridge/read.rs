@@ -155,7 +155,12 @@ impl Walk<'_> {
 
 /// Returns true if enough bodies are inactive that a walk over the active ones is quicker.
 pub(crate) fn most_sleep(bodies: &RigidBodySet, islands: &IslandManager) -> bool {
-    bodies.len() > 2 * islands.num_active_bodies() + FEW
+    are_few(islands.num_active_bodies(), bodies)
+}
+
+/// Returns true if looking up this number of bodies is quicker than a walk over all of them.
+pub(crate) fn are_few(count: usize, bodies: &RigidBodySet) -> bool {
+    bodies.len() > 2 * count + FEW
 }
 
 /// Returns true if fields can move a body: dynamic, enabled, and not the frame of a soft body.

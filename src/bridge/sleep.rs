@@ -2,7 +2,7 @@
 
 use crate::field::BuildError;
 use crate::math::{Real, RigidBodyHandle, Vector, to_dvec3, to_f64};
-use crate::rigid::{Body, Wrench, is_in_order};
+use crate::rigid::{Body, Wrench, find_next, is_in_order};
 
 /// The rule by which fields wake sleeping bodies.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -84,18 +84,19 @@ impl Resting {
         }
         let awake = bodies.iter().filter(|body| !body.sleeping);
         self.forget(awake.map(|body| body.handle));
+        let mut at = 0;
         for (body, wrench) in bodies.iter().zip(wrenches) {
-            acting.push(!body.sleeping || self.wakes(body, *wrench, rule));
+            acting.push(!body.sleeping || self.wakes(&mut at, body, *wrench, rule));
         }
     }
 
-    /// Returns true if a wrench wakes a sleeper.
-    fn wakes(&mut self, body: &Body, wrench: Wrench, rule: WakeRule) -> bool {
+    /// Returns true if a wrench wakes a sleeper; `at` as for [`Self::resting_under`].
+    fn wakes(&mut self, at: &mut usize, body: &Body, wrench: Wrench, rule: WakeRule) -> bool {
         match rule.policy {
             WakePolicy::Never => false,
             WakePolicy::Always => wrench != Wrench::ZERO,
             WakePolicy::OnChange { fraction } => {
-                let resting = self.resting_under(body.handle, wrench);
+                let resting = self.resting_under(at, body.handle, wrench);
                 let change = Wrench {
                     force: wrench.force - resting.force,
                     torque: wrench.torque - resting.torque,
@@ -111,24 +112,23 @@ impl Resting {
         }
     }
 
-    /// The wrench under which a sleeper rests; recorded as `wrench` if it was not seen asleep before.
-    pub(crate) fn resting_under(&mut self, handle: RigidBodyHandle, wrench: Wrench) -> Wrench {
-        match self.place_of(handle) {
-            Ok(place) if self.0[place].0 == handle => self.0[place].1,
-            Ok(place) => {
-                self.0[place] = (handle, wrench);
-                wrench
-            }
-            Err(place) => {
-                self.0.insert(place, (handle, wrench));
-                wrench
-            }
+    /// The wrench under which a sleeper rests; recorded as `wrench` if it was not seen asleep before. For calls in the
+    /// order of handles; `at` is the position in the list, zero at first.
+    pub(crate) fn resting_under(
+        &mut self,
+        at: &mut usize,
+        handle: RigidBodyHandle,
+        wrench: Wrench,
+    ) -> Wrench {
+        if let Some((_, resting)) = find_next(&self.0, at, handle, |it| it.0) {
+            return *resting;
         }
-    }
-
-    fn place_of(&self, handle: RigidBodyHandle) -> Result<usize, usize> {
-        self.0
-            .binary_search_by_key(&index(handle), |(known, _)| index(*known))
+        match self.0.get_mut(*at) {
+            // Another body had this index.
+            Some(other) if index(other.0) == index(handle) => *other = (handle, wrench),
+            _ => self.0.insert(*at, (handle, wrench)),
+        }
+        wrench
     }
 
     /// Removes bodies that are awake; they are given in the order of their handles.

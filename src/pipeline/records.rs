@@ -4,7 +4,7 @@ use super::state::BodyRecord;
 use super::{Definition, FieldPipeline, FieldState};
 use crate::bridge::{WakePolicy, WorldMut, WorldRef};
 use crate::math::RigidBodyHandle;
-use crate::rigid::{Body, Lookup, Wrench};
+use crate::rigid::{Body, Lookup, Wrench, find_next_place};
 
 impl FieldPipeline {
     /// Records the state in which the step leaves the bodies.
@@ -85,10 +85,13 @@ impl FieldPipeline {
         let view = world.view();
         let asleep =
             |handle: RigidBodyHandle| view.body(handle).is_some_and(|body| body.is_sleeping());
+        let (mut at, mut resting_at) = (0, 0);
         for body in bodies.iter().filter(|body| asleep(body.handle)) {
-            let wrench = evaluation.wrench(body.handle);
+            let place = find_next_place(&evaluation.bodies, &mut at, body.handle);
+            let wrench = place.and_then(|place| evaluation.wrenches.get(place).copied());
             if let Some(wrench) = wrench.filter(|it| is_wanted(*it)) {
-                state.resting.resting_under(body.handle, wrench);
+                let resting = &mut state.resting;
+                resting.resting_under(&mut resting_at, body.handle, wrench);
             }
         }
     }

@@ -4,7 +4,7 @@ use super::scene::iterations;
 use super::timings::span;
 use super::{Definition, FieldPipeline, FieldState};
 use crate::bridge::{
-    Constraints, StepMark, WakePolicy, Wanted, WorldMut, WorldRef, is_movable, most_sleep,
+    Constraints, StepMark, WakePolicy, Wanted, WorldMut, WorldRef, are_few, is_movable, most_sleep,
 };
 use crate::compile::{Compiled, FieldReach as Box, Prepared};
 use crate::field::{Anchor, FieldSet, Frame};
@@ -105,8 +105,9 @@ impl FieldPipeline {
             let constraints = Constraints::new(world);
             if !self.pushed_is_known {
                 // Only a complete list can be kept for the next step, because users may wake other bodies before it.
-                self.pushed_is_known =
-                    self.other_bodies || !most_sleep(world.bodies, world.islands);
+                let few = most_sleep(world.bodies, world.islands)
+                    && are_few(self.scene.bodies.len(), world.bodies);
+                self.pushed_is_known = self.other_bodies || !few;
                 if self.pushed_is_known {
                     constraints.find_pushed(&mut self.pushed);
                 } else {

@@ -286,6 +286,40 @@ fn routes_agree_on_a_heap_under_gravity() {
     }
 }
 
+/// Boxes that sleep on a floor, and a body that flies over them with a field that lifts them.
+fn passed_over(scheme: Scheme) -> Run {
+    let mut world = PhysicsWorld::new();
+    let floor = ColliderBuilder::cuboid(20.0, 0.5, 20.0).translation(Vector::Y * -0.5);
+    world.colliders.insert(floor);
+    for k in 0..12 {
+        let place = Vector::new(k as Real, 0.4, (k % 3) as Real);
+        let collider = ColliderBuilder::cuboid(0.4, 0.4, 0.4);
+        let collider = collider.active_hooks(ActiveHooks::FILTER_CONTACT_PAIRS);
+        world.insert(RigidBodyBuilder::dynamic().translation(place), collider);
+    }
+    (0..60).for_each(|_| world.step());
+    let by = RigidBodyBuilder::kinematic_velocity_based().linvel(Vector::X * 8.0);
+    let by = world.insert_body(by.translation(Vector::new(-4.0, 1.5, 1.0)));
+    let lift = Field::uniform(Vector::Y * 9.0).within(Region::ball(2.0));
+    let fields = Fields::builder(lift.at(by)).scheme(scheme).build();
+    (world, fields.expect("a valid tree"))
+}
+
+#[test]
+fn routes_agree_on_sleepers_that_a_moving_field_wakes() {
+    for scheme in SCHEMES {
+        let (mut world, mut fields) = passed_over(scheme);
+        let asleep = |world: &PhysicsWorld| {
+            let bodies = world.bodies.iter();
+            bodies.filter(|it| it.1.is_sleeping()).count()
+        };
+        assert_eq!(asleep(&world), 12, "{scheme:?}");
+        (0..90).for_each(|_| assert!(fields.step(&mut world).is_ok()));
+        assert!(asleep(&world) < 4, "{scheme:?}: {}", asleep(&world));
+        agree(&format!("{scheme:?}"), || passed_over(scheme), 120);
+    }
+}
+
 /// A pipeline that steps two worlds in turn gives each the bits of a pipeline of its own: caches of one world are not
 /// used for the other, although both have the same handles and numbers of steps.
 #[test]
