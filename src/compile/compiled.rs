@@ -60,7 +60,6 @@ pub(crate) struct Compiled {
     /// The numbers of programs, by [`Program::likeness`].
     pub(super) alike: HashMap<u64, Vec<u32>, BuildHasherDefault<Fingerprint>>,
     pub(super) extent: Extent,
-    pub(super) masks_moved: bool,
     pub(super) detectors_changed: bool,
 }
 

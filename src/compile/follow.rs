@@ -217,7 +217,6 @@ impl Compiled {
             }
         }
         self.roster.note(number, serial, self.programs.get(number));
-        self.masks_moved = true;
     }
 
     /// Updates the properties that depend on all terms.
@@ -232,10 +231,9 @@ impl Compiled {
         self.reads_user_axes = tally.any(Facts::READS_USER_AXES);
         self.torque_possible = tally.any(Facts::TURNS) || !self.overrides.is_empty();
         self.is_static = !tally.any(Facts::MOVES) && !tally.any(Facts::READS_TIME);
-        if std::mem::take(&mut self.masks_moved) || self.detectors_changed {
-            self.place_masks();
-        }
+        // Instances share a program with masks only if they have detection fields, too.
         if std::mem::take(&mut self.detectors_changed) {
+            self.place_masks();
             self.detectors_revision = set.revision();
         }
         if self.extent.shrinks {
