@@ -100,3 +100,27 @@ impl StillPoints {
         near
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn points_are_kept_while_each_round_asks_for_them() {
+        let pair = [0, 1].map(|index| ColliderHandle::from_raw_parts(index, 0));
+        let (mut points, mut searches) = (StillPoints::default(), 0);
+        // True if the pair is asked for in the round.
+        for asks in [true, true, true, false, true, false, false, true, true] {
+            points.turn();
+            if asks {
+                points.near(pair, || {
+                    searches += 1;
+                    Vec::new()
+                });
+            }
+        }
+        assert_eq!(searches, 3);
+        (0..2).for_each(|_| points.turn());
+        assert!(points.known.is_empty());
+    }
+}

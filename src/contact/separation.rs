@@ -115,3 +115,27 @@ impl Separations {
         known.distance - known.moved(relative) > near
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pairs_that_are_not_met_any_more_are_forgotten() {
+        let mut separations = Separations::default();
+        let balls = [SharedShape::ball(1.0), SharedShape::ball(1.0)];
+        let apart = Pose::translation(9.0, 0.0, 0.0);
+        let handle = |index| ColliderHandle::from_raw_parts(index, 0);
+        for round in 0..4 * KEPT {
+            separations.turn();
+            for pair in [[0, 1], [2, 3 + round]].map(|pair| pair.map(handle)) {
+                let shapes = [&balls[0], &balls[1]];
+                let measure = |_| Some(7.0);
+                assert!(separations.are_apart(pair, shapes, &apart, 1.0, measure));
+            }
+        }
+        let kept = separations.known.len();
+        assert!(kept as u32 <= 2 * KEPT + 1, "{kept} pairs");
+        assert!(separations.known.contains_key(&[0, 1].map(handle)));
+    }
+}

@@ -255,6 +255,23 @@ mod tests {
         }
     }
 
+    #[test]
+    fn rotations_begin_with_their_path() {
+        let rotor = Rotor {
+            inverse_moments: DVec3::new(1.0, 0.5, 0.4),
+            principal_to_body: DQuat::IDENTITY,
+        };
+        let (attitude, angvel) = (DQuat::from_rotation_x(0.4), DVec3::new(0.4, 3.0, -1.0));
+        for free in [false, true] {
+            let turn = Turn::new(&rotor, attitude, angvel, [0.25, 1.25], free);
+            let at = |time| turn.attitude(time, 0.25) * attitude.inverse();
+            let begun = at(0.25).to_scaled_axis();
+            assert!(begun.length() < 1e-12, "{free}: {begun}");
+            let turned = at(0.25 + 1e-6).to_scaled_axis() / 1e-6;
+            assert!((turned - angvel).length() < 1e-4, "{free}: {turned}");
+        }
+    }
+
     /// The speed and the acceleration of points on a unit sphere about the centre of mass, by differences.
     #[test]
     fn points_are_no_faster_than_the_bounds() {

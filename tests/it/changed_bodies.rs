@@ -219,3 +219,56 @@ fn a_force_on_a_mass_that_was_changed_is_warned_of() {
         }
     }
 }
+
+/// Changes of a collider that leave the mass of its body as it is are seen by the next step.
+#[test]
+fn a_collider_without_mass_is_sampled_as_it_has_become() {
+    type Change = fn(&mut Collider);
+    let changes: [(&str, Change); 4] = [
+        ("a shape", |it| {
+            it.set_shape(SharedShape::cuboid(0.2, 1.0, 0.2))
+        }),
+        ("a place", |it| {
+            it.set_position_wrt_parent(Pose::from_translation(Vector::new(0.5, 0.25, 0.0)));
+        }),
+        ("a sensor", |it| it.set_sensor(true)),
+        ("groups", |it| {
+            it.set_collision_groups(InteractionGroups::none());
+        }),
+    ];
+    for (what, change) in changes {
+        let build = || {
+            let mut world = PhysicsWorld::new();
+            world.gravity = Vector::ZERO;
+            let mass = MassProperties::new(Vector::ZERO, 2.0, Vector::splat(0.5));
+            let body = RigidBodyBuilder::dynamic().additional_mass_properties(mass);
+            let cuboid = ColliderBuilder::cuboid(0.5, 0.4, 0.3).density(0.0);
+            let (body, collider) = world.insert(body.linvel(Vector::X * 0.1), cuboid);
+            let push = Field::uniform(Vector::Z * 3.0).within(Region::half_space(Vector::X, 0.1));
+            let seen = push.groups(InteractionGroups::all());
+            let fields = Fields::new(seen).expect("a valid tree");
+            (world, fields, body, collider)
+        };
+        let run = |change: Option<Change>, anew: bool| {
+            let (mut world, mut fields, body, collider) = build();
+            for _ in 0..3 {
+                fields.step(&mut world).expect("a step");
+            }
+            if let Some(change) = change {
+                change(&mut world.colliders[collider]);
+            }
+            if anew {
+                fields = build().1;
+            }
+            fields.step(&mut world).expect("a step");
+            let body = &world.bodies[body];
+            [body.linvel(), body.angvel()]
+        };
+        let [kept, anew, unchanged] = [(Some(change), false), (Some(change), true), (None, false)]
+            .map(|(change, anew)| run(change, anew));
+        assert_ne!(kept, unchanged, "{what}");
+        for (kept, anew) in kept.into_iter().zip(anew) {
+            assert!((kept - anew).length() < 1e-6, "{what}: {kept}, {anew}");
+        }
+    }
+}

@@ -358,3 +358,22 @@ fn the_report_tells_whether_fields_or_rapier_resolved_a_contact() {
         "who is turned back is turned by somebody: {both:?}"
     );
 }
+
+#[test]
+fn disagreements_of_all_kinds_are_counted() {
+    let mut report = CrossCheckReport::default();
+    let total = &mut report.total;
+    (total.only_field, total.only_rapier) = (1, 2);
+    (total.depth, total.normal, total.point) = (4, 8, 16);
+    report.touches.disagreed = 32;
+    assert_eq!(report.disagreed(), 63);
+}
+
+#[test]
+fn only_a_check_of_all_pairs_without_options_is_plain() {
+    let none = || CrossCheck::pairs([]);
+    assert!(CrossCheck::from(true).is_plain());
+    assert!(!CrossCheck::from(false).is_plain());
+    assert!(!none().is_plain());
+    assert!(!CrossCheck::from(true).let_recycle().is_plain());
+}

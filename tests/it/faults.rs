@@ -68,31 +68,36 @@ impl Bad {
     }
 }
 
-/// A heap on a floor under gravity, and far from it the body on which the bad forces act.
+/// A heap on a floor under gravity, and far from it the body on which the bad forces act, between the others by its
+/// handle.
 fn world() -> (PhysicsWorld, RigidBodyHandle) {
     let mut world = PhysicsWorld::new();
     let floor = RigidBodyBuilder::fixed().translation(Vector::Y * -0.5);
     world.insert(floor, ColliderBuilder::cuboid(20.0, 0.5, 20.0));
-    for k in 0..12 {
-        let at = Vector::new((k % 3) as Real * 0.6, 0.4 + (k / 3) as Real * 0.8, 0.1);
-        let body = RigidBodyBuilder::dynamic()
-            .translation(at)
-            .angvel(Vector::new(0.5, 0.25 * k as Real, -0.5));
-        let shape = match k % 4 {
-            0 => ColliderBuilder::ball(0.3),
-            1 => ColliderBuilder::cuboid(0.3, 0.2, 0.25),
-            2 => ColliderBuilder::capsule_y(0.15, 0.2),
-            _ => ColliderBuilder::cone(0.3, 0.25),
-        };
-        world.insert(body, shape);
-    }
+    (0..4).for_each(|k| drop_shape(&mut world, k));
     let bad = RigidBodyBuilder::dynamic()
         .translation(Vector::X * (FAR + 2.0))
         .gravity_scale(0.0)
         .can_sleep(false);
     let (bad, _) = world.insert(bad, ColliderBuilder::cuboid(0.5, 0.5, 0.25));
     world.bodies[bad].add_torque(Vector::new(0.0, 0.1, 0.0), true);
+    (4..12).for_each(|k| drop_shape(&mut world, k));
     (world, bad)
+}
+
+/// Inserts a body of the heap.
+fn drop_shape(world: &mut PhysicsWorld, k: usize) {
+    let at = Vector::new((k % 3) as Real * 0.6, 0.4 + (k / 3) as Real * 0.8, 0.1);
+    let body = RigidBodyBuilder::dynamic()
+        .translation(at)
+        .angvel(Vector::new(0.5, 0.25 * k as Real, -0.5));
+    let shape = match k % 4 {
+        0 => ColliderBuilder::ball(0.3),
+        1 => ColliderBuilder::cuboid(0.3, 0.2, 0.25),
+        2 => ColliderBuilder::capsule_y(0.15, 0.2),
+        _ => ColliderBuilder::cone(0.3, 0.25),
+    };
+    world.insert(body, shape);
 }
 
 /// The fields besides the culprit; they act on all bodies.
@@ -100,6 +105,12 @@ fn good() -> Tree {
     let pull = Field::uniform(Vector::new(0.5, 0.0, 0.25)).force_mode(ForceMode::Acceleration);
     let heap = Field::spring(3.0).within(Region::ball(20.0));
     pull.named("good").sum_union(heap)
+}
+
+/// The same with a drag on the heap.
+fn slowing() -> Tree {
+    let drag = Field::drag(0.5, 0.25).within(Region::ball(20.0));
+    good().sum_union(drag)
 }
 
 fn fields(tree: impl Into<Tree>, scheme: Scheme, policy: FaultPolicy) -> Fields {
@@ -168,7 +179,10 @@ fn told(fields: &Fields) -> Vec<(RigidBodyHandle, FaultPolicy)> {
 /// `step` agrees with `begin` and `finish`, and all other bodies move as if there were no culprit.
 #[test]
 fn other_bodies_move_as_without_the_culprit() {
-    for scheme in SCHEMES {
+    for (scheme, good) in SCHEMES
+        .into_iter()
+        .flat_map(|scheme| [good, slowing].map(|good| (scheme, good as fn() -> Tree)))
+    {
         // Without the culprit.
         let (mut plain, bad) = world();
         let mut harmless = fields(good(), scheme, FaultPolicy::Refuse);

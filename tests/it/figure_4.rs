@@ -173,3 +173,37 @@ fn instances_are_the_sum_of_their_objects() {
         assert!(contacts > 20, "{contacts} contacts");
     }
 }
+
+/// Detection fields keep to their own composite while others, inserted before it, come and go.
+#[test]
+fn contacts_are_found_beside_other_composites() {
+    for detection in [Detection::Discrete, Detection::Swept] {
+        for removed in [false, true] {
+            let mut world = weightless(from_f64((STEPS_A_SECOND as f64).recip()));
+            let balls = [-1.0, 1.0].map(|side| {
+                let body = RigidBodyBuilder::dynamic().translation(Vector::X * side);
+                let ball = ColliderBuilder::ball(from_f64(RADIUS)).mass(1.0);
+                world.insert(body.linvel(Vector::X * -side), ball)
+            });
+            let [guard, core] = [Vector::Z, Vector::Y].map(Field::uniform);
+            let guard = guard.within(Region::ball(1.0)).at(Vector::Y * 30.0);
+            let core = core.within(Region::ball(0.5)).at(Vector::Y * 30.0);
+            let far = guard.clone().at(Vector::Y * 60.0);
+            let mut fields = fields(far.into(), detection);
+            let guard = fields.set.insert(guard.replace_union(core));
+            let objects = Tree::instances(object(), balls.map(|(_, ball)| ball));
+            fields.set.insert(objects);
+            for step in 0..90 {
+                fields.step(&mut world).expect("a step");
+                if removed && step == 20 {
+                    drop(fields.set.remove(guard));
+                }
+            }
+            let [one, other] = balls.map(|(body, _)| world.bodies[body].linvel().x);
+            let place = format!("{detection:?}, {removed}: {one}, {other}");
+            assert!(one < -0.5 && other > 0.5, "{place}");
+            let report = fields.cross_check().expect("a report");
+            assert_eq!(report.disagreed(), 0, "{place}: {report}");
+        }
+    }
+}

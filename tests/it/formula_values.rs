@@ -479,6 +479,50 @@ fn the_noise_of_a_kernel_is_spread_evenly_and_repeats() {
     assert_at_most((square - 1.0 / 3.0).abs().max_element(), 0.06, "the square");
 }
 
+/// The parts of a kernel that depend on the place do so in the frame of the field, wherever its region is.
+#[test]
+fn a_kernel_stays_where_it_is_when_its_region_is_moved() {
+    let plain = LinearKernel {
+        constant: Vector::new(0.5, -1.0, 2.0),
+        ..LinearKernel::default()
+    };
+    let kernels = [
+        LinearKernel {
+            position_multiplier: [Vector::X, Vector::Y * 2.0, Vector::Z],
+            ..plain
+        },
+        LinearKernel {
+            coordinates: Coordinates::Cylindrical,
+            ..plain
+        },
+        LinearKernel {
+            falloff_linear: Vector::Y,
+            ..plain
+        },
+        LinearKernel {
+            falloff_quadratic: Vector::Y,
+            ..plain
+        },
+        LinearKernel {
+            noise: Vector::Y,
+            ..plain
+        },
+    ];
+    let mut world = weightless(1e-3);
+    let ball = insert_ball(&mut world, 1.0, Vector::new(4.5, 0.25, 1.0), Vector::ZERO);
+    let force = |field: Field| {
+        let fields = Fields::new(field.sampled(Sampling::Centre)).expect("valid");
+        let wrench = fields.sample(ball, &world).expect("finite");
+        wrench.expect("felt").force
+    };
+    for kernel in kernels {
+        let everywhere = Field::linear_kernel(kernel);
+        let within = Region::ball(2.0).at(Vector::new(4.0, 0.5, 1.0));
+        let there = force(everywhere.clone().within(within));
+        assert_eq!(there, force(everywhere), "{kernel:?}");
+    }
+}
+
 /// A place on a path through corners, by its length from the start, and the direction there; found by walking.
 fn walked(corners: &[DVec3], length: f64) -> (DVec3, DVec3) {
     let mut left = length;

@@ -584,11 +584,17 @@ fn an_edit_that_a_new_set_would_refuse_is_refused() {
             .at(ball)
             .named("touch")
     };
-    let refused = Fields::new(touch().strength(2.0)).err();
-    assert!(
-        matches!(refused, Some(BuildError::DetectionOperand { .. })),
-        "{refused:?}"
-    );
+    for changed in [
+        touch().strength(2.0),
+        touch().limited_to(2.0),
+        touch().scaled_by(2.0),
+    ] {
+        let refused = Fields::new(changed).err();
+        assert!(
+            matches!(refused, Some(BuildError::DetectionOperand { .. })),
+            "{refused:?}"
+        );
+    }
     for beside in [None, Some(Field::spring(1.0))] {
         let alone = Tree::from(touch());
         let tree = match beside {

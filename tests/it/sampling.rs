@@ -134,12 +134,15 @@ fn linear_forces_sum_alike_at_few_and_at_many_points() {
             for field in fields {
                 let field = field.sampled(sampling);
                 let mut few = Fields::new(field.clone()).expect("a sound tree");
+                let tree = Tree::from(field.clone()).limited_to(1e6);
+                let limited = Fields::new(tree).expect("a sound tree");
                 let mut many = Fields::new(field.limited_to(1e6)).expect("a sound tree");
                 let count = |fields: &Fields| {
                     let samples = fields.samples(body, &world);
                     samples.len()
                 };
                 assert!(count(&few) <= count(&many), "{name}");
+                assert_eq!(count(&limited), count(&many), "{name}: a limited tree");
                 let (few, many) = (
                     wrench(&mut few, &world, body),
                     wrench(&mut many, &world, body),

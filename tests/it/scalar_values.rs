@@ -88,6 +88,10 @@ fn places_have_their_distance_and_depth() {
     });
     let ball = Scalar::depth(Region::ball(2.0));
     assert_equals("in a ball", &ball, |x| 2.0 - (x * x + 0.25 + 0.0625).sqrt());
+    let around = Scalar::depth(Region::ball(2.0).complement());
+    assert_equals("around a ball", &around, |x| {
+        (x * x + 0.25 + 0.0625).sqrt() - 2.0
+    });
     let below = Scalar::depth(Region::half_space(Vector::X, 1.0));
     assert_equals("behind a plane", &below, |x| 1.0 - x);
     let slab = Scalar::depth(Region::interval("x", -1.5, 2.0));

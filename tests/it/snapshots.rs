@@ -254,6 +254,28 @@ fn handles_of_any_generation_are_restored() {
     goes_on("star", build, &[2, 20], 40);
 }
 
+/// A field of the second tree is edited after a step of the restored run, which has evaluated all trees by then.
+#[test]
+fn an_edit_after_a_reload_is_followed() {
+    let mut run = (
+        PhysicsWorld::new(),
+        Fields::new(Field::uniform(Vector::X)).expect("valid"),
+    );
+    let body = RigidBodyBuilder::dynamic().additional_mass(2.0);
+    let body = run.0.insert_body(body);
+    let wind = Field::uniform(Vector::Y).within(Region::ball(9.0));
+    let wind = run.1.set.insert_field(wind);
+    step(&mut run);
+    let mut other = restored(&run, Format::Json);
+    for run in [&mut run, &mut other] {
+        step(run);
+        run.1.set.get_mut(wind).expect("the field").strength = 3.0;
+        step(run);
+        let wrench = run.1.wrench(body).expect("a wrench");
+        assert_eq!(wrench.force, Vector::new(1.0, 3.0, 0.0));
+    }
+}
+
 #[test]
 fn closures_without_a_name_are_not_written() {
     let field = Field::closure([], |_: &rapier3d_fields::Sample| Vector::X).named("mine");
@@ -357,13 +379,16 @@ fn at<'a>(value: &'a mut Value, path: &str) -> &'a mut Value {
     })
 }
 
-/// The first floating-point number in a value, at any depth.
-fn first_float(value: &mut Value) -> Option<&mut f64> {
+/// The floating-point numbers in a value, at any depth.
+fn floats(value: &mut Value) -> Vec<&mut f64> {
     match value {
-        Value::Float(number) => Some(number),
-        Value::Array(entries) => entries.iter_mut().find_map(first_float),
-        Value::Map(entries) => entries.iter_mut().find_map(|(_, it)| first_float(it)),
-        _ => None,
+        Value::Float(number) => vec![number],
+        Value::Array(entries) => entries.iter_mut().flat_map(floats).collect(),
+        Value::Map(entries) => entries
+            .iter_mut()
+            .flat_map(|it| floats(&mut it.1))
+            .collect(),
+        _ => Vec::new(),
     }
 }
 
@@ -454,16 +479,21 @@ fn parked_run() -> Run {
     (world, fields)
 }
 
-/// One NaN in a state is refused, and the error names the list that holds it.
+/// One NaN in a state is refused, and the error names the list that holds it. Of long lists, forty numbers are tried.
 #[test]
 fn a_nan_in_a_state_is_refused_by_the_name_of_its_list() {
     let nan_in = |run: &Run, path: &str| {
-        let error = refused(run, path, |value| {
-            let number = first_float(at(value, path));
-            *number.unwrap_or_else(|| panic!("no number in {path}")) = f64::NAN;
-        });
-        let list = path.split('.').next_back().expect("a name");
-        assert!(error.contains(list), "{path}: {error}");
+        let saved = Format::Cbor.write(&run.1.state).expect("plain data");
+        let mut saved: Value = Format::Cbor.read(&saved).expect("what was written");
+        let count = floats(at(&mut saved, path)).len();
+        assert!(count > 0, "no number in {path}");
+        for number in (0..count).step_by(count.div_ceil(40)) {
+            let error = refused(run, &format!("{path}, number {number}"), |value| {
+                *floats(at(value, path))[number] = f64::NAN;
+            });
+            let list = path.split('.').next_back().expect("a name");
+            assert!(error.contains(list), "{path}: {error}");
+        }
     };
     let stiff = stiff_run(Scheme::auto(1e-3));
     for path in ["time", "evaluation.dt", "records", "evaluation.wrenches"] {
@@ -492,5 +522,49 @@ fn a_nan_in_a_state_is_refused_by_the_name_of_its_list() {
             }
         }
         assert_eq!(given.len(), lists.len(), "{given:?}");
+    }
+}
+
+/// A set whose lists do not fit together is refused when it is read.
+#[test]
+fn a_set_whose_lists_disagree_is_refused() {
+    let mut set = FieldSet::new();
+    let pair = || Tree::from(Field::uniform(Vector::X)).replace_union(Field::spring(1.0));
+    let gone = set.insert(pair());
+    set.insert(pair());
+    set.insert_field(Field::uniform(Vector::Y));
+    set.insert(pair());
+    drop(set.remove(gone));
+    let saved = Format::Cbor.write(&set).expect("plain data");
+    let whole: Value = Format::Cbor.read(&saved).expect("what was written");
+    type Damage = fn(&mut Value);
+    let damages: [(&str, Damage); 9] = [
+        ("no damage", |_| ()),
+        ("generations", |it| pop(it, "generations")),
+        ("a free node", |it| {
+            let used = at(it, "terms.0.root").clone();
+            *at(it, "free.0") = used;
+        }),
+        ("a root", |it| *at(it, "terms.0.root") = 99_i32.into()),
+        ("a tree", |it| *at(it, "terms.0.tree") = 99_i32.into()),
+        ("a serial", |it| {
+            let next = at(it, "next_serial").clone();
+            *at(it, "terms.2.serial") = next;
+        }),
+        ("the order", |it| {
+            let terms = at(it, "terms").as_array_mut();
+            terms.expect("a list").swap(0, 1);
+        }),
+        ("a tree's term", |it| {
+            *at(it, "trees.1.terms.0") = 99_i32.into();
+        }),
+        ("a free tree", |it| *at(it, "free_trees.0") = 1_i32.into()),
+    ];
+    for (what, damage) in damages {
+        let mut value = whole.clone();
+        damage(&mut value);
+        let damaged = Format::Cbor.write(&value).expect("plain data");
+        let read: Result<FieldSet, String> = Format::Cbor.read(&damaged);
+        assert_eq!(read.is_ok(), what == "no damage", "{what}: {read:?}");
     }
 }

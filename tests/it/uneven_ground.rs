@@ -123,3 +123,40 @@ fn a_contact_that_deepens_from_step_to_step_is_warned_of() {
         assert!(told.is_some(), "{detection:?}: no warning");
     }
 }
+
+/// A ball that is pressed into a half-space moves alike whichever of the two was inserted first.
+#[test]
+fn balls_meet_a_half_space_alike_in_either_order() {
+    let run = |ground_first: bool, restitution: Real| {
+        let mut world = PhysicsWorld::new();
+        let mut ground = None;
+        let mut insert_ground = |world: &mut PhysicsWorld| {
+            let floor = ColliderBuilder::new(SharedShape::halfspace(Vector::Y)).friction(0.5);
+            ground = Some(world.insert_collider(floor, None));
+        };
+        if ground_first {
+            insert_ground(&mut world);
+        }
+        let body = RigidBodyBuilder::dynamic().translation(Vector::Y * 0.48);
+        let body = body.linvel(Vector::new(0.5, -2.0, 0.0));
+        let (body, ball) = world.insert(body, ColliderBuilder::ball(0.5).friction(0.5));
+        if !ground_first {
+            insert_ground(&mut world);
+        }
+        let law = ContactLaw::restitution(restitution).with_friction(0.5);
+        let fields = Fields::builder(Field::contact(law).at(ball));
+        let mut fields = fields.detection(Detection::Swept).build().expect("valid");
+        let step = |_| {
+            fields.step(&mut world).expect("a step");
+            world.bodies[body].translation()
+        };
+        (0..180).map(step).collect::<Vec<_>>()
+    };
+    for restitution in [0.0, 0.5, 1.0] {
+        let [one, other] = [true, false].map(|first| run(first, restitution));
+        for (step, (one, other)) in one.into_iter().zip(other).enumerate() {
+            let off = (one - other).length();
+            assert!(off < 1e-4, "{restitution}, step {step}: {one}, {other}");
+        }
+    }
+}

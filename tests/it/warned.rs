@@ -185,6 +185,41 @@ fn contacts_that_outlive_a_shape_are_warned_of_at_once() {
     assert_eq!(fields.warnings(), [outlives]);
 }
 
+/// A collider that got several parts by `set_shape`, long ago.
+#[test]
+fn contacts_that_outlive_a_later_shape_are_warned_of() {
+    let mut world = weightless(1.0 / 60.0);
+    let other = world.insert_collider(ColliderBuilder::ball(1.0), None);
+    // Both parts then touch within Rapier's prediction.
+    let place = Vector::new(1.0504, 1.0504, 0.0);
+    let body = RigidBodyBuilder::dynamic()
+        .translation(place)
+        .can_sleep(false);
+    let (_, collider) = world.insert(body, ColliderBuilder::ball(0.3));
+    let mut fields = build(
+        Field::uniform(Vector::X).within(Region::ball(0.1)),
+        Scheme::Kick,
+    );
+    fields.step(&mut world).expect("a step");
+    let child = |x: Real| {
+        let place = Vector::new(x, -x, 0.0);
+        (Pose::from_translation(place), SharedShape::ball(0.5))
+    };
+    let both = SharedShape::compound(vec![child(0.15), child(-0.15)]);
+    world.colliders[collider].set_shape(both);
+    for _ in 0..65 {
+        fields.step(&mut world).expect("a step");
+        assert!(fields.warnings().is_empty(), "{:?}", fields.warnings());
+    }
+    let pair = world.narrow_phase.contact_pair(other, collider);
+    assert_eq!(pair.map(|it| it.manifolds().len()), Some(2), "two contacts");
+    world.colliders[collider].set_shape(SharedShape::ball(0.3));
+    fields.step(&mut world).expect("a step");
+    let colliders = [other, collider];
+    let outlives = StepWarning::ContactsOutliveShape { colliders };
+    assert_eq!(fields.warnings(), [outlives]);
+}
+
 /// Shapes of several parts, and shapes that are set while nothing is near, cause no warning.
 #[test]
 fn contacts_that_fit_the_shape_are_not_warned_of() {

@@ -332,3 +332,25 @@ fn auto_reports_the_error_that_it_reached() {
     let mut fields = build(Field::spring(1.0), Scheme::KickDriftKick);
     assert_eq!(fields.step(&mut world).expect("a finite step").error, None);
 }
+
+/// A body flies into a force that grows with the cube of the distance. With the strength in proportion to the mass, all
+/// masses move alike, and are warned of in the same step.
+#[test]
+fn stiffness_is_warned_of_at_any_mass() {
+    for scheme in [Scheme::Kick, Scheme::KickDriftKick] {
+        let first = [-10, 0, 10].map(|exponent| {
+            let mass = (2.0 as Real).powi(exponent);
+            let mut world = weightless(1.0 / 60.0);
+            let body = RigidBodyBuilder::dynamic().linvel(Vector::X * 8.0);
+            world.insert(body, ColliderBuilder::ball(0.01).mass(mass));
+            let mut fields = build(Field::radial(-2e5 * mass, 3.0), scheme);
+            (0..20).find(|_| {
+                fields.step(&mut world).expect("a step");
+                let mut told = fields.warnings().iter();
+                told.any(|it| matches!(it, StepWarning::Stiff { .. }))
+            })
+        });
+        assert!(first[0].is_some(), "{scheme:?}");
+        assert_eq!(first, [first[1]; 3], "{scheme:?}");
+    }
+}

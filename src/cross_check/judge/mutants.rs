@@ -276,3 +276,15 @@ fn manifolds_that_parry_kept_widen_the_band_up_to_its_limits() {
         assert_eq!(kinds(&scene.judge(Some(beyond))), ["depth"]);
     }
 }
+
+#[test]
+fn the_worst_difference_is_measured_in_its_band() {
+    let mut verdict = Verdict::new(FoundBy::Both);
+    let difference = || Difference::OnlyField { depth: 0.0 };
+    for (which, error, band) in [(0, 1.0, 4.0), (1, 3.0, 2.0), (2, 0.5, 1.0)] {
+        verdict.judge(which, error, band, difference());
+    }
+    assert_eq!(verdict.worst, 1.5);
+    assert_eq!(verdict.errors, [1.0, 3.0, 0.5].map(Some));
+    assert_eq!(verdict.differences, [(difference(), 2.0)]);
+}

@@ -227,3 +227,65 @@ fn a_refused_first_step_leaves_no_trace() {
         }
     }
 }
+
+/// After a refused step soft bodies and their colliders go on as if it had not been.
+#[test]
+fn soft_bodies_go_on_from_where_they_were() {
+    for scheme in SCHEMES {
+        let run = |refused: bool| {
+            let mut world = PhysicsWorld::new();
+            let middle = Vector::new(25.0, 4.0, 0.0);
+            let cloth = SoftBodyBuilder::cloth(middle, Vector::X * 0.5, Vector::Z * 0.5, 4, 4);
+            let cloth = world.insert_soft_body(cloth.mass(2.0));
+            let later = When::From(4.5 * world.integration_parameters.dt);
+            let mut fields = bad(later, Some(middle), scheme);
+            for _ in 0..4 {
+                fields.step(&mut world).expect("not yet");
+            }
+            if refused {
+                refuses(&mut fields, &mut world, &format!("{scheme:?}"));
+            }
+            (0..3).for_each(|_| world.step());
+            let soft = &world.soft_bodies[cloth];
+            let particles: Vec<_> = soft.particle_positions().collect();
+            let colliders = world.colliders.iter();
+            let bounds = colliders.map(|(_, it)| it.compute_aabb());
+            (particles, format!("{:?}", bounds.collect::<Vec<_>>()))
+        };
+        assert_eq!(run(true), run(false), "{scheme:?}");
+    }
+}
+
+/// A refused step does not take back a quarantine of an earlier one.
+#[test]
+fn bodies_stay_in_quarantine_after_a_refused_step() {
+    for scheme in [Scheme::KickDriftKick, Scheme::Forward4] {
+        let mut world = PhysicsWorld::new();
+        let dt = world.integration_parameters.dt;
+        world.gravity = Vector::ZERO;
+        let bodies = [0.0, 9.0].map(|x| {
+            let body = RigidBodyBuilder::dynamic().translation(Vector::X * x);
+            world.insert(body, ColliderBuilder::ball(0.5)).0
+        });
+        let later = |x: Real, time: Real| {
+            let bad = Field::closure([Axis::Time], move |sample: &Sample| {
+                let is_late = sample.axes[0] > time;
+                Vector::Y * if is_late { Real::NAN } else { 0.5 }
+            });
+            bad.within(Region::ball(1.0).at(Vector::X * x))
+        };
+        let tree = later(0.0, 1.5 * dt).sum_union(later(9.0, 4.5 * dt));
+        let fields = Fields::builder(tree).scheme(scheme);
+        let fields = fields.on_fault(FaultPolicy::Quarantine).build();
+        let mut fields = fields.expect("a valid tree");
+        for _ in 0..4 {
+            fields.step(&mut world).expect("a step");
+        }
+        fields.settings.on_fault = FaultPolicy::Refuse;
+        let before = everything(&world);
+        fields.step(&mut world).expect_err("it is refused");
+        assert_eq!(everything(&world), before, "{scheme:?}");
+        let enabled = bodies.map(|body| world.bodies[body].is_enabled());
+        assert_eq!(enabled, [false, true], "{scheme:?}");
+    }
+}

@@ -216,3 +216,55 @@ fn the_last_of_five_pendulums_rises_as_high_as_the_first() {
     assert!(height > 0.9, "{height}");
     assert!(solved < 0.5, "the solver does so, too: {solved}");
 }
+
+/// Returns whether fields answer the impact of two balls that fall side by side, joined until step `until`.
+fn is_answered(link: Link, way: Way, until: usize) -> bool {
+    let stuff = Stuff {
+        restitution: 0.5,
+        friction: 0.5,
+    };
+    let mut scene = Scene::new(stuff, 240);
+    scene.floor();
+    for x in [-0.5, 0.5] {
+        let body = RigidBodyBuilder::dynamic().translation(Vector::new(x, 2.0, 0.0));
+        scene.add(body, ColliderBuilder::ball(0.4));
+    }
+    let joint = SphericalJointBuilder::new().local_anchor1(Vector::X * 0.5);
+    let joint = joint.local_anchor2(Vector::X * -0.5);
+    let [one, other] = [scene.bodies[0], scene.bodies[1]];
+    match link {
+        Link::Impulse => {
+            scene.world.insert_impulse_joint(one, other, joint);
+        }
+        Link::Multibody => {
+            scene.world.insert_multibody_joint(one, other, joint);
+        }
+    }
+    let mut fields = scene.fields(way, None);
+    (0..240).any(|step| {
+        if step == until {
+            let joints: Vec<_> = scene.world.impulse_joints.iter().map(|it| it.0).collect();
+            let world = &mut scene.world;
+            for joint in joints {
+                world.impulse_joints.remove(joint, true);
+            }
+            let articulated = &mut world.multibody_joints;
+            articulated.remove_multibody_articulations(one, true);
+        }
+        fields.step(&mut scene.world).expect("a step");
+        let mut contacts = fields.contacts().iter();
+        contacts.any(|it| it.impulses != [Vector::ZERO; 2])
+    })
+}
+
+/// Bodies are answered as free ones again once their joint is gone.
+#[test]
+fn fields_answer_impacts_once_a_joint_is_removed() {
+    for link in LINKS {
+        for way in FIELDS {
+            let name = format!("{link:?}, {way:?}");
+            assert!(!is_answered(link, way, 240), "{name}: joined");
+            assert!(is_answered(link, way, 40), "{name}: removed");
+        }
+    }
+}
