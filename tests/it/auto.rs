@@ -4,7 +4,7 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use rapier3d_fields::math::{Real, from_f64, to_f64};
+use rapier3d_fields::math::{DVec3, Real, from_f64, to_dvec3, to_f64};
 use rapier3d_fields::prelude::*;
 
 use crate::support::*;
@@ -550,5 +550,28 @@ fn limits_of_work_are_checked() {
             .settings(settings)
             .build();
         assert_eq!(built.is_ok(), valid, "{number:?}: {:?}", built.err());
+    }
+}
+
+/// A charge circles in a magnetic field. Kicks follow the velocity at any rate; the circle is too wide by (h·γ)²/24 in
+/// substeps of length h, which `Auto` makes so short that this is within the tolerance.
+#[test]
+fn circles_in_a_magnetic_field_are_as_wide_as_they_should_be() {
+    for turn in [0.2, 0.5, 1.0, 2.0] {
+        let gyration = turn / DT;
+        let mut world = world();
+        let body = ball(&mut world, 2.0, Vector::ZERO, Vector::X);
+        let field = Field::magnetic(Vector::Z * from_f64(2.0 * gyration));
+        let mut fields = build(field.coupled_to(Coupling::Each), auto());
+        let mut worst: f64 = 0.0;
+        for step in 1..=60 {
+            fields.step(&mut world).expect("a step");
+            assert!(!missed(&fields), "{turn}, step {step}");
+            let (sin, cos) = (turn * f64::from(step)).sin_cos();
+            let place = to_dvec3(world.bodies[body].translation()) * gyration;
+            worst = worst.max((place - DVec3::new(sin, cos - 1.0, 0.0)).length());
+        }
+        // Two points of a circle are no farther apart than twice its radius.
+        assert_at_most(worst, 2.0 * TOLERANCE, format!("{turn}"));
     }
 }

@@ -3,12 +3,16 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use crate::read_list;
 use crate::run::{RESULTS, SURVIVED, UNREACHED};
+use crate::{Mutant, read_list};
+
+/// Changes that do no harm, each with its file and the reason.
+const HARMLESS: &str = include_str!("../harmless.tsv");
 
 #[derive(Default)]
 struct Tally {
     tried: usize,
+    harmless: usize,
     survived: usize,
 }
 
@@ -18,7 +22,17 @@ impl Tally {
     }
 }
 
-/// Prints the table; returns the percentage that survived in all rooms.
+/// The reason why a change does no harm, if it is one of those that were looked into.
+fn harmless(mutant: &Mutant) -> Option<&'static str> {
+    let reason = |line: &'static str| {
+        let (change, reason) = line.rsplit_once('\t')?;
+        let (file, change) = change.split_once('\t')?;
+        (file == mutant.file && change == mutant.change).then_some(reason)
+    };
+    HARMLESS.lines().find_map(reason)
+}
+
+/// Prints the table; returns the percentage that survived in all rooms, without those that do no harm.
 pub fn report(folder: &Path) -> f64 {
     let mutants: BTreeMap<usize, _> = read_list(folder)
         .into_iter()
@@ -37,29 +51,37 @@ pub fn report(folder: &Path) -> f64 {
         let verdict = words.next().unwrap_or_default();
         let survived = [SURVIVED, UNREACHED].contains(&verdict);
         let mutant = &mutants[&id];
+        let reason = harmless(mutant);
         for tally in [rooms.entry(mutant.room()).or_default(), &mut all] {
             tally.tried += 1;
-            tally.survived += usize::from(survived);
+            tally.harmless += usize::from(survived && reason.is_some());
+            tally.survived += usize::from(survived && reason.is_none());
         }
         if survived {
-            survivors.push((mutant, verdict));
+            survivors.push((mutant, verdict, reason));
+        } else if reason.is_some() {
+            println!(
+                "noticed, though listed as harmless: {} {}",
+                mutant.file, mutant.change
+            );
         }
     }
-    println!("| room | changes | survived | % |\n|---|---|---|---|");
+    println!("| room | changes | harmless | survived | % |\n|---|---|---|---|---|");
     for (room, tally) in rooms.iter().chain([(&"all", &all)]) {
         println!(
-            "| {room} | {} | {} | {:.1} |",
+            "| {room} | {} | {} | {} | {:.1} |",
             tally.tried,
+            tally.harmless,
             tally.survived,
             tally.share()
         );
     }
     println!();
-    for (it, verdict) in survivors {
-        let note = if verdict == UNREACHED {
-            " (no test comes to it)"
-        } else {
-            ""
+    for (it, verdict, reason) in survivors {
+        let note = match reason {
+            Some(reason) => format!(" (harmless: {reason})"),
+            None if verdict == UNREACHED => " (no test comes to it)".to_owned(),
+            None => String::new(),
         };
         println!("- {} {}:{}: {}{note}", it.id, it.file, it.line, it.change);
     }
