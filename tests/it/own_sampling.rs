@@ -4,8 +4,8 @@ use rapier3d_fields::math::{Rotation, to_f64};
 use rapier3d_fields::prelude::*;
 
 use crate::lab::stability::SCHEMES;
-use crate::sampling::one;
-use crate::support::{assert_at_most, either};
+use crate::sampling::{one, wrench};
+use crate::support::{assert_at_most, assert_close, either};
 
 /// A uniform force did not follow the body's own sampling where the field has no region.
 ///
@@ -73,4 +73,33 @@ fn a_bodys_own_sampling_leaves_others_alone() {
         let off = to_f64((*found - wanted).length());
         assert_at_most(off, either(1e-4, 1e-12), "the other body");
     }
+}
+
+/// A body of which only a corner is in a region is cut there, also beside so many regions that they are searched by a
+/// tree of boxes.
+#[test]
+fn corners_are_cut_by_one_of_many_regions() {
+    let at = |x: Real| {
+        let zone = |force: Vector, half: Real| {
+            let region = Region::cuboid(Vector::splat(half));
+            Field::uniform(force).within(region).at(Vector::X * x)
+        };
+        zone(Vector::Y, 1.0).replace_union(zone(Vector::Z, 0.1))
+    };
+    let force = |tree: Tree| {
+        let place = Vector::new(1.3, 1.2, 1.1);
+        let cuboid = ColliderBuilder::cuboid(0.5, 0.5, 0.5);
+        let (world, body) = one(place, Rotation::IDENTITY, cuboid);
+        let mut fields = Fields::new(tree).expect("a valid tree");
+        wrench(&mut fields, &world, body).0
+    };
+    let alone = force(at(0.0));
+    // The share of the volume within the region.
+    assert_close(alone.y, 0.2 * 0.3 * 0.4, 1e-4, "a corner");
+    let far = (1..200).map(|place| at(10.0 * place as Real));
+    let many = force(Tree::fold(
+        Operator::SumUnion,
+        std::iter::once(at(0.0)).chain(far),
+    ));
+    assert_eq!(many, alone);
 }

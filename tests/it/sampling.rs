@@ -624,3 +624,23 @@ fn plans_say_how_bodies_are_sampled() {
         assert!(text.contains(part), "{part} in\n{text}");
     }
 }
+
+#[test]
+fn plans_say_why_fields_are_left_out() {
+    let mut off = Field::uniform(Vector::X);
+    off.enabled = false;
+    let over = Field::uniform(Vector::X).lifetime(Lifetime::steps(0));
+    let cases = [
+        (
+            Field::uniform(Vector::ZERO),
+            ": zero wherever it is defined",
+        ),
+        (off, ": off"),
+        (over, ": off"),
+    ];
+    for (field, why) in cases {
+        let fields = Fields::new(field.sum_union(Field::spring(1.0))).expect("a sound tree");
+        let plan = fields.plan().to_string();
+        assert!(plan.contains(why), "{why} in {plan}");
+    }
+}

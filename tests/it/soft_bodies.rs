@@ -345,3 +345,21 @@ fn users_keep_their_forces_on_torn_bodies() {
     forces.sort_by(|a, b| b.x.total_cmp(&a.x));
     assert_eq!(forces, pulls);
 }
+
+/// Fields leave soft bodies alone that are disabled.
+#[test]
+fn disabled_soft_bodies_stay_as_they_are() {
+    let pull = Field::uniform(Vector::X).within(Region::ball(30.0));
+    for scheme in SCHEMES {
+        let mut world = world(60.0);
+        let handle = world.insert_soft_body(block(2.0));
+        let mut fields = build(pull.clone(), scheme);
+        world.soft_bodies[handle].set_enabled(false);
+        let before = means(&world, handle);
+        for _ in 0..3 {
+            let outcome = fields.step(&mut world).expect("a step");
+            assert_eq!(outcome.particles, 0, "{scheme:?}");
+        }
+        assert_eq!(means(&world, handle), before, "{scheme:?}");
+    }
+}

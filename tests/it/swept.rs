@@ -399,5 +399,9 @@ fn a_step_that_reaches_its_limit_of_work_stops_bodies_where_they_touch_and_warns
             let kept = ball.linvel().length() / speed;
             assert!((kept - 1.0).abs() < 1e-3, "{work}: {kept}");
         }
+        // Discrete detection has no such limit.
+        fields.settings.detection = Detection::Discrete;
+        let outcome = fields.step(&mut world).expect("a step");
+        assert!(!outcome.exhausted, "{work}: {:?}", fields.warnings());
     }
 }

@@ -273,3 +273,34 @@ fn an_earlier_sleep_elsewhere_is_forgotten() {
         }
     }
 }
+
+/// A field that changes with time by itself wakes a body that fell asleep while it was weak.
+#[test]
+fn fields_that_change_with_time_wake_sleepers() {
+    let grows = Scalar::time().ramp(1.5, 9.0);
+    let step = Region::interval(Axis::Time, 1.5, 9.0);
+    let fields = [
+        Field::uniform(Vector::X * 20.0).scaled_by(grows),
+        Field::uniform(Vector::X * 20.0).within(step),
+        Field::uniform(Vector::X * 20.0).lifetime(Lifetime::between(1.5, 9.0)),
+        Field::closure([Axis::Time], |sample: &Sample| {
+            Vector::X * (20.0 * (sample.axes[0] - 1.5).max(0.0))
+        }),
+    ];
+    for (number, field) in fields.into_iter().enumerate() {
+        for scheme in SCHEMES {
+            let mut world = weightless(1.0 / 60.0);
+            let ball = ColliderBuilder::ball(0.01).mass(1.0);
+            let (body, _) = world.insert(RigidBodyBuilder::dynamic(), ball);
+            let mut fields = build(field.clone(), scheme);
+            let mut slept = false;
+            for _ in 0..120 {
+                fields.step(&mut world).expect("a step");
+                slept |= world.bodies[body].is_sleeping();
+            }
+            let place = format!("{number}, {scheme:?}");
+            assert!(slept, "{place}");
+            assert!(world.bodies[body].translation().x > 0.0, "{place}");
+        }
+    }
+}

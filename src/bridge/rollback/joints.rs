@@ -93,3 +93,29 @@ impl SavedJoints {
         multibody.forward_kinematics(bodies, false);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::prelude::*;
+
+    #[test]
+    fn copies_do_not_pile_up() {
+        let mut world = PhysicsWorld::new();
+        let mut body = || world.insert_body(RigidBodyBuilder::dynamic());
+        let bodies = [body(), body(), body(), body()];
+        let joint = SphericalJointBuilder::new();
+        world.insert_impulse_joint(bodies[0], bodies[1], joint);
+        world.insert_multibody_joint(bodies[2], bodies[3], joint);
+        world.step();
+        let mut saved = SavedJoints::default();
+        for _ in 0..3 {
+            saved.clear();
+            saved.take(&WorldMut::from(&mut world));
+        }
+        let counts = [saved.impulse.len(), saved.links.len()];
+        assert_eq!(counts, [1, 2]);
+        // A free root and a ball joint.
+        assert_eq!(saved.velocities.len(), 9);
+    }
+}

@@ -122,7 +122,11 @@ mod tests {
             );
             SharedShape::compound(vec![part])
         };
-        let makes: [&dyn Fn() -> SharedShape; 23] = [
+        let round_hull = |border| {
+            let corners = [Vector::ZERO, Vector::X, Vector::Y, Vector::Z];
+            SharedShape::round_convex_hull(&corners, border).expect("a tetrahedron")
+        };
+        let makes: [&dyn Fn() -> SharedShape; 25] = [
             &|| SharedShape::capsule_y(0.5, 0.2),
             &|| SharedShape::capsule_y(0.5, 0.3),
             &|| SharedShape::capsule_y(0.6, 0.2),
@@ -142,6 +146,8 @@ mod tests {
             &|| SharedShape::round_cone(0.5, 0.2, 0.06),
             &|| hull(1.0),
             &|| hull(2.0),
+            &|| round_hull(0.05),
+            &|| round_hull(0.06),
             &|| mesh(TriMeshFlags::empty()),
             &|| mesh(TriMeshFlags::ORIENTED),
             &|| heap(0.5),

@@ -267,18 +267,21 @@ fn bodies_stay_in_quarantine_after_a_refused_step() {
             let body = RigidBodyBuilder::dynamic().translation(Vector::X * x);
             world.insert(body, ColliderBuilder::ball(0.5)).0
         });
-        let later = |x: Real, time: Real| {
+        let bad = |x: Real, after: Real| {
             let bad = Field::closure([Axis::Time], move |sample: &Sample| {
-                let is_late = sample.axes[0] > time;
+                let is_late = sample.axes[0] > after;
                 Vector::Y * if is_late { Real::NAN } else { 0.5 }
             });
             bad.within(Region::ball(1.0).at(Vector::X * x))
         };
-        let tree = later(0.0, 1.5 * dt).sum_union(later(9.0, 4.5 * dt));
+        let tree = bad(-9.0, -1.0).sum_union(bad(9.0, 4.5 * dt));
         let fields = Fields::builder(tree).scheme(scheme);
         let fields = fields.on_fault(FaultPolicy::Quarantine).build();
         let mut fields = fields.expect("a valid tree");
-        for _ in 0..4 {
+        for step in 0..4 {
+            if step == 2 {
+                world.bodies[bodies[0]].set_translation(Vector::X * -9.0, true);
+            }
             fields.step(&mut world).expect("a step");
         }
         fields.settings.on_fault = FaultPolicy::Refuse;
