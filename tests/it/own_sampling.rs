@@ -95,7 +95,7 @@ fn corners_are_cut_by_one_of_many_regions() {
     };
     let alone = force(at(0.0));
     // The share of the volume within the region.
-    assert_close(alone.y, 0.2 * 0.3 * 0.4, 1e-4, "a corner");
+    assert_close(alone.y, 0.2 * 0.3 * 0.4, 1e-8, "a corner");
     let far = (1..200).map(|place| at(10.0 * place as Real));
     let many = force(Tree::fold(
         Operator::SumUnion,
