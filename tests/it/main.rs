@@ -79,6 +79,7 @@ mod outcomes;
 mod own_sampling;
 #[cfg(feature = "f32")]
 mod pages;
+mod plans;
 #[cfg(feature = "f64")]
 mod potentials;
 #[cfg(feature = "f32")]

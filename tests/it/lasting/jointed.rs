@@ -102,28 +102,35 @@ fn chains_that_fall_on_a_floor_gain_no_energy() {
     }
 }
 
+/// Two balls side by side over a floor, joined.
+fn joined(link: Link, stuff: Stuff, radius: Real) -> Scene {
+    let mut scene = Scene::new(stuff, 240);
+    scene.floor();
+    for x in [-0.5, 0.5] {
+        let body = RigidBodyBuilder::dynamic().translation(Vector::new(x, 2.0, 0.0));
+        scene.add(body, ColliderBuilder::ball(radius));
+    }
+    let joint = SphericalJointBuilder::new().local_anchor1(Vector::X * 0.5);
+    let joint = joint.local_anchor2(Vector::X * -0.5);
+    let [one, other] = [scene.bodies[0], scene.bodies[1]];
+    match link {
+        Link::Impulse => {
+            scene.world.insert_impulse_joint(one, other, joint);
+        }
+        Link::Multibody => {
+            scene.world.insert_multibody_joint(one, other, joint);
+        }
+    }
+    scene
+}
+
 /// The height to which two joined balls rise again after they have fallen side by side.
 fn rebound(link: Link, way: Way) -> Real {
     let dead = Stuff {
         restitution: 0.0,
         friction: 0.5,
     };
-    let mut scene = Scene::new(dead, 240);
-    scene.floor();
-    for x in [-0.5, 0.5] {
-        let body = RigidBodyBuilder::dynamic().translation(Vector::new(x, 2.0, 0.0));
-        scene.add(body, ColliderBuilder::ball(0.5));
-    }
-    let joint = SphericalJointBuilder::new().local_anchor1(Vector::X * 0.5);
-    let joint = joint.local_anchor2(Vector::X * -0.5);
-    match link {
-        Link::Impulse => {
-            (scene.world).insert_impulse_joint(scene.bodies[0], scene.bodies[1], joint);
-        }
-        Link::Multibody => {
-            (scene.world).insert_multibody_joint(scene.bodies[0], scene.bodies[1], joint);
-        }
-    }
+    let mut scene = joined(link, dead, 0.5);
     scene.stuff.restitution = 0.5;
     let mut fields = scene.fields(way, None);
     let (mut highest, mut last) = (0.0, Real::INFINITY);
@@ -223,23 +230,7 @@ fn is_answered(link: Link, way: Way, until: usize) -> bool {
         restitution: 0.5,
         friction: 0.5,
     };
-    let mut scene = Scene::new(stuff, 240);
-    scene.floor();
-    for x in [-0.5, 0.5] {
-        let body = RigidBodyBuilder::dynamic().translation(Vector::new(x, 2.0, 0.0));
-        scene.add(body, ColliderBuilder::ball(0.4));
-    }
-    let joint = SphericalJointBuilder::new().local_anchor1(Vector::X * 0.5);
-    let joint = joint.local_anchor2(Vector::X * -0.5);
-    let [one, other] = [scene.bodies[0], scene.bodies[1]];
-    match link {
-        Link::Impulse => {
-            scene.world.insert_impulse_joint(one, other, joint);
-        }
-        Link::Multibody => {
-            scene.world.insert_multibody_joint(one, other, joint);
-        }
-    }
+    let mut scene = joined(link, stuff, 0.4);
     let mut fields = scene.fields(way, None);
     (0..240).any(|step| {
         if step == until {
@@ -249,7 +240,7 @@ fn is_answered(link: Link, way: Way, until: usize) -> bool {
                 world.impulse_joints.remove(joint, true);
             }
             let articulated = &mut world.multibody_joints;
-            articulated.remove_multibody_articulations(one, true);
+            articulated.remove_multibody_articulations(scene.bodies[0], true);
         }
         fields.step(&mut scene.world).expect("a step");
         let mut contacts = fields.contacts().iter();
