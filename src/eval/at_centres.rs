@@ -8,10 +8,11 @@ use super::slowings::DragOn;
 use super::wide::LaneForce;
 use crate::compile::{Compiled, Program, RadialBatch, Weighting};
 use crate::field::{Coupling, ForceMode, Frames, Motion, Numbers, Queries};
-use crate::math::{InteractionGroups, Real, RigidBodyHandle, Vector, to_dvec3, to_f64};
+use crate::math::{DVec3, InteractionGroups, Real, RigidBodyHandle, Vector, to_dvec3, to_f64};
 use crate::number::{
     LANES, LaneMask, Lanes, Number, Plain, Vec3, constant, in_registers, lanes_of,
 };
+use crate::rapier::na::{Matrix3, Vector3};
 use crate::rigid::Slowing;
 use crate::sample::{Moment, SamplePoint, Samples, owner};
 
@@ -242,6 +243,23 @@ impl CentreEvaluator {
 }
 
 impl CentreForce {
+    /// The force on one body.
+    pub(crate) fn force_in(&self, lane: usize) -> DVec3 {
+        let Vec3 { x, y, z } = &self.force;
+        DVec3::new(x.0[lane], y.0[lane], z.0[lane])
+    }
+
+    /// The derivative of the force on one body by its velocity.
+    pub(crate) fn slope_in(&self, lane: usize) -> Matrix3<f64> {
+        let Slowing {
+            across,
+            along,
+            axis,
+        } = &self.slowing;
+        let axis = Vector3::new(axis.x.0[lane], axis.y.0[lane], axis.z.0[lane]);
+        Matrix3::from_diagonal_element(-across.0[lane]) - axis * axis.transpose() * along.0[lane]
+    }
+
     /// Adds a force in some lanes and, if it is a drag, its derivative by velocity.
     #[inline(always)]
     fn add(

@@ -1,11 +1,9 @@
 //! The first half of a step as an input of the second, and the bodies that were hit in between.
 
-use super::StepContext;
-use super::coupling::Besides;
 use super::evaluation::Evaluation;
-use super::motion::{Completion, Faster, Motions, Resolved, VelocityUpdate, bearable, kicked};
-use crate::math::{DVec3, Real, RigidBodyHandle, Vector, from_f64, to_dquat, to_dvec3, to_f64};
-use crate::rigid::{Body, Lookup, MidStepImpact, Mobility, Wrench, find_by, rounded, velocities};
+use super::motion::{Completion, Motions, Resolved, VelocityUpdate, kicked};
+use crate::math::{DVec3, Real, RigidBodyHandle, Vector, to_dquat, to_dvec3, to_f64};
+use crate::rigid::{Body, MidStepImpact, Wrench, find_by};
 
 /// The results of the half before Rapier's step that the half after it needs.
 #[derive(Clone, Copy)]
@@ -52,7 +50,12 @@ impl BegunStep<'_> {
     /// The correction for a body that was moved within the step and hit: after the hit it moved under the presumed
     /// acceleration and torque, and should have moved under the mean of these and of those at its end. The second value
     /// is the relative error of its speed that remains.
-    fn after_hit(&self, body: &Body, wrench: Wrench, dt: Real) -> Option<(VelocityUpdate, f64)> {
+    pub(super) fn after_hit(
+        &self,
+        body: &Body,
+        wrench: Wrench,
+        dt: Real,
+    ) -> Option<(VelocityUpdate, f64)> {
         let hit = self.hit(body.handle)?;
         let [acceleration, torque] = hit.presumed?;
         let duration = 0.5 * (1.0 - hit.share) * dt;
@@ -90,55 +93,4 @@ pub(super) struct BegunBody<'a> {
     pub step: &'a BegunStep<'a>,
     /// The part of its motion that is left for the second half, if it is not a plain one.
     pub completion: Option<Completion>,
-}
-
-impl BegunBody<'_> {
-    /// The second half for a body that gets no kick. Nothing is written if the body would be too fast.
-    pub(super) fn complete(
-        self,
-        context: &StepContext<'_, impl Lookup>,
-        evaluation: &Evaluation,
-        place: usize,
-        motions: &mut Motions,
-    ) -> Result<(), Faster> {
-        if self.completion == Some(Completion::Sloped) {
-            if let Some(update) = self.end_of_load(context, evaluation, place) {
-                motions.updates.push(bearable(update)?);
-            }
-            return Ok(());
-        }
-        let (body, wrench) = (&context.bodies[place], evaluation.wrenches[place]);
-        if let Some((update, error)) = self.step.after_hit(body, wrench, context.dt) {
-            motions.updates.push(bearable(update)?);
-            motions.note_hit(body.handle, error);
-        }
-        Ok(())
-    }
-
-    /// The second half for a body that was loaded with the mean of a force that reads velocities: the effect of the
-    /// force's change over the step, like [`FreeMotion::second`](super::FreeMotion::second) for forces that read none.
-    /// The change is taken at the present velocities, and its effect on them is solved for, so it stays bounded.
-    fn end_of_load(
-        self,
-        context: &StepContext<'_, impl Lookup>,
-        evaluation: &Evaluation,
-        place: usize,
-    ) -> Option<VelocityUpdate> {
-        let body = &context.bodies[place];
-        if evaluation.missed.binary_search(&place).is_ok() {
-            return None;
-        }
-        let now = velocities(body);
-        let coupling = evaluation.couplings.get(place)?.as_ref()?;
-        let was = self.step.last?.couplings.get(place)?.as_ref()?.at(&now);
-        let change = coupling.at(&now) - was;
-        let duration = 0.5 * to_f64(context.dt);
-        let mobility = Mobility::of(body);
-        let mean = coupling.mean(&mobility, &change, &Besides::default(), duration)?;
-        let motion = context.free_motion(body);
-        let (force, torque) = rounded(&mean);
-        let loaded = self.step.motions.load(body.handle).is_some();
-        let felt = motion.completes(Wrench { force, torque }, loaded);
-        (felt != Wrench::ZERO).then(|| kicked(body, felt, from_f64(duration)))
-    }
 }

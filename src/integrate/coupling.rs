@@ -2,8 +2,9 @@
 
 use super::exponential::{mean3, mean6};
 use crate::eval::BodySlowing;
+use crate::math::DVec3;
 use crate::rapier::na::{Matrix3, Matrix6, Vector6};
-use crate::rigid::{Mobility, Wrench, join, phi1, rounded};
+use crate::rigid::{Body, Mobility, Wrench, join, phi1, rounded, six, velocities};
 
 /// Two evaluations that differ by no more than this share are the same, except for rounding.
 const SAME: f64 = 1e-5;
@@ -176,6 +177,15 @@ impl LinearisedWrench {
         }
     }
 
+    /// A force at the centre of mass of a body, with its derivative by the velocity.
+    pub(crate) fn at_centre(force: DVec3, slope: Matrix3<f64>, body: &Body) -> Self {
+        LinearisedWrench {
+            wrench: six(force, DVec3::ZERO),
+            slope: Slope::OfPoint(slope),
+            sampled_at: velocities(body),
+        }
+    }
+
     /// Returns true if all of it is finite, which may not hold for one that was deserialized.
     pub(super) fn is_finite(&self) -> bool {
         let mut vectors = self.wrench.iter().chain(&self.sampled_at);
@@ -248,7 +258,6 @@ mod tests {
     use super::*;
     use crate::integrate::jacobian::Jacobian;
     use crate::integrate::stiffness::Rates;
-    use crate::math::DVec3;
 
     /// The matrix of the first 36 numbers of a list, row by row.
     fn matrix(numbers: &[f64]) -> Matrix6<f64> {

@@ -4,8 +4,9 @@ use super::begun::{BegunBody, BegunStep};
 use super::evaluation::Evaluation;
 use super::fault::{Fault, FaultKind, FaultPolicy};
 use super::kick::Kick;
+use super::load::Before;
 use super::method::{Method, method_of, together};
-use super::motion::{Faster, Motions};
+use super::motion::{Completion, Faster, Motions, Start, bearable};
 use super::spins::SpinRules;
 use super::{Integrator, StepContext};
 use crate::math::Real;
@@ -110,15 +111,19 @@ impl Integrator {
             if !acts {
                 continue;
             }
+            if let Method::Inner(plan) = method {
+                motions.complete_by(body.handle, Completion::Settled);
+                motions.inner.push(Start::new(place, plan, wake));
+                continue;
+            }
+            let kick = Kick::new(context, evaluation, place);
+            let estimate =
+                matches!(method, Method::Implicit(_)).then(|| evaluation.estimate(place));
             let kick = Kick {
-                context,
-                evaluation,
-                begun,
-                place,
-                body,
-                wrench,
+                jacobian: estimate.flatten().map(|it| &it.jacobian),
+                before: begun.map(|begun| begun.before(&kick, place)),
                 wake,
-                felt: true,
+                ..kick
             };
             let drop = |motions: &mut Motions| {
                 motions.drop_last(body.handle);
@@ -169,5 +174,44 @@ impl Integrator {
         let frames = self.motions.frames(context, &[], 0.0);
         let kind = FaultKind::TooFast { speed };
         Fault::new(kind, &context.sampled(&frames), places)
+    }
+}
+
+impl BegunBody<'_> {
+    /// The first half of a kick.
+    fn before(self, kick: &Kick<'_>, place: usize) -> Before {
+        let (BegunStep { motions, .. }, body) = (self.step, kick.body.handle);
+        Before {
+            completion: self.completion,
+            load: motions.load(body),
+            given: kick.held.then(|| motions.given(body)).flatten(),
+            correction: self.step.correction(place, body, kick.wrench),
+        }
+    }
+
+    /// The second half for a body that gets no kick. Nothing is written if the body would be too fast.
+    fn complete(
+        self,
+        context: &StepContext<'_, impl Lookup>,
+        evaluation: &Evaluation,
+        place: usize,
+        motions: &mut Motions,
+    ) -> Result<(), Faster> {
+        let (first, body) = (self.step.motions, &context.bodies[place]);
+        if let Some(was) = first.slope(self.completion) {
+            if evaluation.missed.binary_search(&place).is_err()
+                && let Some(update) = Kick::new(context, evaluation, place)
+                    .end_of_load(was, first.load(body.handle).is_some())
+            {
+                motions.updates.push(bearable(update)?);
+            }
+            return Ok(());
+        }
+        let wrench = evaluation.wrenches[place];
+        if let Some((update, error)) = self.step.after_hit(body, wrench, context.dt) {
+            motions.updates.push(bearable(update)?);
+            motions.note_hit(body.handle, error);
+        }
+        Ok(())
     }
 }

@@ -1,14 +1,16 @@
 //! The kick of one body, before or after Rapier's step.
 
-use super::StepContext;
-use super::begun::BegunBody;
+use super::context::{MotionRules, StepContext};
 use super::coupling::{Besides, LinearisedWrench};
 use super::evaluation::Evaluation;
 use super::free_motion::FreeMotion;
 use super::implicit::implicit_change;
+use super::jacobian::Jacobian;
+use super::load::Before;
 use super::method::Method;
-use super::motion::{Completion, Faster, Load, Motions, Start, VelocityUpdate, bearable, kicked};
-use crate::math::{DVec3, Real, Vector, from_dvec3, to_dquat, to_dvec3, to_f64};
+use super::motion::{Completion, Faster, Load, Motions, VelocityUpdate, bearable, kicked};
+use super::reaction::Loaded;
+use crate::math::{DVec3, Real, Vector, from_dvec3, from_f64, to_dquat, to_dvec3, to_f64};
 use crate::number::{constant, real};
 use crate::rapier::na::Vector6;
 use crate::rigid::{
@@ -20,45 +22,77 @@ use crate::rigid::{
 const OUTDATED: f64 = 0.1;
 
 /// New velocities of a body, and the angular impulse that is part of them.
-pub(super) type Kicked = (VelocityUpdate, DVec3);
+pub(crate) type Kicked = (VelocityUpdate, DVec3);
 
 /// A body that is kicked.
-pub(super) struct Kick<'a, W> {
-    pub context: &'a StepContext<'a, W>,
-    pub evaluation: &'a Evaluation,
-    /// Set in the second half.
-    pub begun: Option<BegunBody<'a>>,
-    pub place: usize,
+#[derive(Clone, Copy)]
+pub(crate) struct Kick<'a> {
+    pub rules: &'a MotionRules<'a>,
+    pub dt: Real,
+    /// True if bodies of unequal inertia are rotated by this crate in the step.
+    pub turns: bool,
     pub body: &'a Body,
+    /// True if Rapier's solver holds the body.
+    pub held: bool,
     pub wrench: Wrench,
+    /// The wrench linearised in the velocities, if fields that read them act on the body.
+    pub coupling: Option<&'a LinearisedWrench>,
+    /// The load of the last step, if the body is held and was loaded then.
+    pub loaded: Option<&'a Loaded>,
+    /// The derivatives of the wrench, if they are known; used by linearly implicit kicks only.
+    pub jacobian: Option<&'a Jacobian>,
+    /// Set in the second half.
+    pub before: Option<Before>,
     pub wake: bool,
-    /// False if fields are left out.
-    pub felt: bool,
 }
 
-impl<W: Lookup> Kick<'_, W> {
+impl<'a> Kick<'a> {
+    /// The first half of a kick of a sampled body.
+    pub(super) fn new(
+        context: &'a StepContext<'_, impl Lookup>,
+        evaluation: &'a Evaluation,
+        place: usize,
+    ) -> Self {
+        let body = &context.bodies[place];
+        let held = context.is_held(body);
+        let reactions = context.rules.reactions.filter(|_| held);
+        Kick {
+            rules: &context.rules,
+            dt: context.dt,
+            turns: context.turns(),
+            body,
+            held,
+            wrench: evaluation.wrenches[place],
+            coupling: evaluation.couplings.get(place).and_then(Option::as_ref),
+            loaded: reactions.and_then(|known| known.of(body.handle)),
+            jacobian: None,
+            before: None,
+            wake: false,
+        }
+    }
+
     /// This kick without fields.
     pub(super) fn unfelt(&self) -> Self {
         Kick {
             wrench: Wrench::ZERO,
-            felt: false,
+            coupling: None,
+            jacobian: None,
+            before: self.before.map(|before| Before {
+                correction: None,
+                ..before
+            }),
             ..*self
         }
     }
 
     /// Carries out the action; `None` if there is nothing more to write.
-    pub(super) fn done(
+    pub(crate) fn done(
         &self,
         method: Method,
         motions: &mut Motions,
     ) -> Result<Option<Kicked>, Faster> {
-        let kicked = match (self.begun, method) {
-            (Some(begun), method) => self.second(method, begun, motions),
-            (None, Method::Inner(plan)) => {
-                motions.complete_by(self.body.handle, Completion::Settled);
-                motions.inner.push(Start::new(self.place, plan, self.wake));
-                None
-            }
+        let kicked = match (&self.before, method) {
+            (Some(before), method) => self.second(method, before, motions),
             (None, _) if matches!(method, Method::ByForce) || self.is_loaded() => {
                 let wrench = self.load(method, motions);
                 self.lend(wrench, motions)?;
@@ -73,14 +107,22 @@ impl<W: Lookup> Kick<'_, W> {
         Ok(Some((VelocityUpdate { wake, ..update }, twist)))
     }
 
+    fn free_motion(&self) -> FreeMotion {
+        let MotionRules {
+            gravity,
+            iterations,
+            ..
+        } = *self.rules;
+        FreeMotion::new(self.body, gravity, iterations, self.dt)
+    }
+
     /// Adds a load, which Rapier applies as a force during its step.
     fn lend(&self, wrench: Wrench, motions: &mut Motions) -> Result<(), Faster> {
-        let (context, body) = (self.context, self.body);
         if wrench == Wrench::ZERO && !self.wake {
             return Ok(());
         }
-        let load = Load::new(body, wrench, self.wake, context.dt);
-        if !load.is_bearable(body, context.rules.gravity) {
+        let load = Load::new(self.body, wrench, self.wake, self.dt);
+        if !load.is_bearable(self.body, self.rules.gravity) {
             return Err(Faster(load.speeds[0]));
         }
         motions.loads.push(load);
@@ -89,14 +131,14 @@ impl<W: Lookup> Kick<'_, W> {
 
     /// The first half for a free body; `None` if there is nothing to write.
     fn first(&self, method: Method, motions: &mut Motions) -> Option<Kicked> {
-        let (context, body) = (self.context, self.body);
-        let twice = context.rules.scheme.kicks_twice();
+        let body = self.body;
+        let twice = self.rules.scheme.kicks_twice();
         let (duration, implicit) = method.kick()?;
         if implicit {
             motions.complete_by(body.handle, Completion::Settled);
         }
         // A single kick leaves damping to Rapier.
-        let free = match context.free_motion(body) {
+        let free = match self.free_motion() {
             free if twice => free,
             free => free.undamped(),
         };
@@ -106,7 +148,7 @@ impl<W: Lookup> Kick<'_, W> {
             self.solved(Some(&free), duration)
         };
         let felt = solved.is_some() || self.wrench != Wrench::ZERO;
-        let spins = context.turns() && body.angvel != Vector::ZERO;
+        let spins = self.turns && body.angvel != Vector::ZERO;
         if !felt && !self.wake && !spins {
             return None;
         }
@@ -126,39 +168,27 @@ impl<W: Lookup> Kick<'_, W> {
         Some((update, twist))
     }
 
-    /// The second half; `None` if there is nothing to write.
-    fn second(
-        &self,
-        method: Method,
-        begun: BegunBody<'_>,
-        motions: &mut Motions,
-    ) -> Option<Kicked> {
-        let (context, body, first) = (self.context, self.body, begun.step.motions);
-        let load = first.load(body.handle);
+    /// The second half; `None` if there is nothing to write. A body that is held then, or on which no field acts any
+    /// more, gets the velocity that Rapier works with, any other body the true one.
+    fn second(&self, method: Method, before: &Before, motions: &mut Motions) -> Option<Kicked> {
+        let (body, held, load) = (self.body, self.held, before.load);
         let (duration, implicit) = method.kick()?;
-        let motion = context.free_motion(body);
-        let free = begun
-            .completion
-            .is_some_and(Completion::is_free)
-            .then_some(&motion);
+        let motion = self.free_motion();
+        let free = before.is_free().then_some(&motion);
         let solved = if implicit {
             let pull = free.map_or(Besides::default(), |free| free.pull(body));
             self.implicit(&pull, duration)
         } else {
             self.solved(free, duration)
         };
-        let held = context.is_held(body);
         let felt = motion.second(self.wrench, load, held);
-        let correction = begun.step.correction(self.place, body.handle, self.wrench);
-        let correction = correction.filter(|_| self.felt);
-        let felt = match correction {
+        let felt = match before.correction {
             Some(correction) if load.is_none() => felt.plus(correction),
             _ => felt,
         };
-        let taken_back = free.filter(|_| held).map(|free| {
-            let given = first.given(body.handle);
-            free.taken_back(body, given, self.wrench, duration)
-        });
+        let taken_back = free
+            .filter(|_| held)
+            .map(|free| free.taken_back(body, before.given, self.wrench, duration));
         let true_after = !held && (solved.is_some() || self.wrench != Wrench::ZERO);
         let lag = motion.catches_up(free.is_some(), true_after);
         motions.outdated |= solved
@@ -180,51 +210,62 @@ impl<W: Lookup> Kick<'_, W> {
         Some((update, twist))
     }
 
+    /// The second half for a body that was loaded with the mean of `was`, a force that reads velocities: the effect of
+    /// the force's change over the step, like [`FreeMotion::second`] for forces that read none. The change is taken at
+    /// the present velocities, and its effect on them is solved for, so it stays bounded.
+    pub(crate) fn end_of_load(
+        &self,
+        was: &LinearisedWrench,
+        loaded: bool,
+    ) -> Option<VelocityUpdate> {
+        let (coupling, now) = (self.coupling?, velocities(self.body));
+        let change = coupling.at(&now) - was.at(&now);
+        let (mobility, duration) = (Mobility::of(self.body), 0.5 * to_f64(self.dt));
+        let mean = coupling.mean(&mobility, &change, &Besides::default(), duration)?;
+        let (force, torque) = rounded(&mean);
+        let felt = self
+            .free_motion()
+            .completes(Wrench { force, torque }, loaded);
+        (felt != Wrench::ZERO).then(|| kicked(self.body, felt, from_f64(duration)))
+    }
+
     /// Returns true if the body is held, and is to be pushed by a force during Rapier's step.
     fn is_loaded(&self) -> bool {
-        let loads = self.context.rules.scheme.loads() || self.coupling().is_some();
-        loads && self.context.is_held(self.body)
+        self.held && (self.rules.scheme.loads() || self.coupling.is_some())
     }
 
     /// The load for a body that is held, or that is moved by Rapier's forces.
     fn load(&self, method: Method, motions: &mut Motions) -> Wrench {
-        let (context, body, dt) = (self.context, self.body, self.context.dt);
+        let (rules, body, dt) = (self.rules, self.body, self.dt);
         // Gravity acts besides the load, and so do the contacts and joints that hold the body.
-        let free = !context.is_held(body);
-        let reactions = context.rules.reactions;
-        let besides = match reactions.and_then(|known| known.on(body)) {
-            _ if free => context.free_motion(body).pull(body),
+        let besides = match self.loaded.and_then(|known| known.on(body)) {
+            _ if !self.held => self.free_motion().pull(body),
             known => known.unwrap_or_default(),
         };
-        let solved = match method {
-            Method::Implicit(duration) => self.implicit(&besides, duration),
-            _ => self.solved(None, dt),
+        let all = match method {
+            Method::Implicit(duration) => {
+                let solved = self.implicit(&besides, duration);
+                solved.map(|(update, _)| Load::making(body, &update, dt))
+            }
+            _ => self.mean(&besides, dt),
         };
         // Only a plain load is completed by a second half.
         if !matches!(method, Method::Kick(_)) {
             motions.complete_by(body.handle, Completion::Settled);
-        } else if solved.is_some() {
-            let twice = context.rules.scheme.kicks_twice();
-            let completion = if twice {
-                Completion::Sloped
-            } else {
-                Completion::Settled
+        } else if all.is_some() {
+            let sloped = self.coupling.filter(|_| rules.scheme.kicks_twice());
+            let completion = match sloped {
+                Some(coupling) => motions.keep_slope(*coupling),
+                None => Completion::Settled,
             };
             motions.complete_by(body.handle, completion);
         }
-        let all = match solved {
-            Some((update, _)) if matches!(method, Method::Implicit(_)) => {
-                Some(Load::making(body, &update, dt))
-            }
-            Some(_) => self.mean(&besides, dt),
-            None => None,
-        };
         let Some(all) = all else {
             return self.wrench;
         };
         let load = all.plus(besides.as_wrench().times(-1.0));
-        if !free {
-            motions.react(context, body, &load);
+        if self.held {
+            motions.react(self.loaded, body, &load, dt);
         }
         load
     }
@@ -234,15 +275,9 @@ impl<W: Lookup> Kick<'_, W> {
         (kicked(self.body, wrench, duration), twist)
     }
 
-    /// The wrench on the body linearised in its velocities, if fields that read velocities act on it.
-    fn coupling(&self) -> Option<&LinearisedWrench> {
-        let coupling = self.evaluation.couplings.get(self.place)?.as_ref();
-        coupling.filter(|_| self.felt)
-    }
-
     /// The mean over a kick of everything that changes the momentum, if the force reads velocities.
     fn mean(&self, besides: &Besides, duration: Real) -> Option<Wrench> {
-        let (coupling, mobility) = (self.coupling()?, Mobility::of(self.body));
+        let (coupling, mobility) = (self.coupling?, Mobility::of(self.body));
         let here = coupling.at(&velocities(self.body));
         let mean = coupling.mean(&mobility, &here, besides, to_f64(duration))?;
         let (force, torque) = rounded(&mean);
@@ -251,7 +286,7 @@ impl<W: Lookup> Kick<'_, W> {
 
     /// A kick that is solved for the velocities, if the force reads them.
     fn solved(&self, free: Option<&FreeMotion>, duration: Real) -> Option<Kicked> {
-        let (coupling, mobility) = (self.coupling()?, Mobility::of(self.body));
+        let (coupling, mobility) = (self.coupling?, Mobility::of(self.body));
         let besides = free.map_or(Besides::default(), |free| free.besides(self.body));
         let now = velocities(self.body);
         let (here, duration) = (coupling.at(&now), to_f64(duration));
@@ -266,7 +301,7 @@ impl<W: Lookup> Kick<'_, W> {
     /// Returns true if the force has changed much with the velocities, so that its slope alone does not suffice for the
     /// next kick.
     fn outdates(&self, update: &VelocityUpdate) -> bool {
-        let Some(coupling) = self.coupling() else {
+        let Some(coupling) = self.coupling else {
             return false;
         };
         let after = six(to_dvec3(update.linvel), to_dvec3(update.angvel));
@@ -277,27 +312,25 @@ impl<W: Lookup> Kick<'_, W> {
     /// A linearly implicit kick, and the change of the angular momentum of a free top; `None` if
     /// there is no Jacobian for it.
     fn implicit(&self, besides: &Besides, duration: Real) -> Option<Kicked> {
-        let (context, body) = (self.context, self.body);
-        let estimate = self.evaluation.estimate(self.place);
-        let estimate = estimate.filter(|_| self.felt)?;
+        let (body, jacobian) = (self.body, self.jacobian?);
         let now = velocities(body);
         let wrench = self
-            .coupling()
+            .coupling
             .map_or(of_wrench(self.wrench), |it| it.at(&now));
         let change = implicit_change(
             &Mobility::of(body),
-            &estimate.jacobian,
+            jacobian,
             &(wrench + besides.pull),
             &now,
             to_f64(duration),
         )?;
         // Where no field acts, gravity is left to Rapier.
-        let idle = estimate.jacobian.is_zero() || change.iter().all(|x| *x == 0.0);
+        let idle = jacobian.is_zero() || change.iter().all(|x| *x == 0.0);
         if self.wrench == Wrench::ZERO && idle {
             return None;
         }
         let update = self.updated(&(now + change));
-        let top = body.free_top(update.angvel, context.rules.exact_turns);
+        let top = body.free_top(update.angvel, self.rules.exact_turns);
         let twist = top.map_or(DVec3::ZERO, |inertia| {
             inertia.angular_momentum(to_dquat(body.pose.rotation), pair(&change).1)
         });

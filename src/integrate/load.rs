@@ -7,8 +7,8 @@
 
 use super::StepContext;
 use super::free_motion::FreeMotion;
-use super::motion::{VelocityUpdate, kicked};
-use crate::math::{DVec3, Real, Vector, to_dvec3, to_f64};
+use super::motion::Completion;
+use crate::math::{DVec3, Vector, to_dvec3, to_f64};
 use crate::rigid::{Body, Lookup, Wrench};
 
 impl<W: Lookup> StepContext<'_, W> {
@@ -52,45 +52,27 @@ pub(super) fn all_else(context: &StepContext<'_, impl Lookup>, body: &Body) -> D
     let known = context
         .rules
         .reactions
-        .and_then(|known| known.accelerations(body));
+        .and_then(|known| known.of(body.handle)?.steady(body));
     known.map_or(DVec3::ZERO, |[linear, _]| to_dvec3(linear))
 }
 
 /// The first half of a body's kick, before Rapier's step.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Before {
-    /// True if its kick contained Rapier's own pull.
-    pub free: bool,
+    /// The part of its motion that was left, if it was not a plain second half.
+    pub completion: Option<Completion>,
     pub load: Option<Wrench>,
-    /// The velocity that Rapier was given.
+    /// The velocity that Rapier was given; set for held bodies only.
     pub given: Option<Vector>,
+    /// The correction of the wrench for an impact within the step.
+    pub correction: Option<Wrench>,
 }
 
-/// The second half of a kick. A body that is held then, or on which no field acts any more, gets the velocity that
-/// Rapier works with, any other body the true one. `None` if nothing changes.
-pub(crate) fn complete(
-    body: &Body,
-    motion: &FreeMotion,
-    wrench: Wrench,
-    held: bool,
-    before: Before,
-    duration: Real,
-) -> Option<VelocityUpdate> {
-    let felt = motion.second(wrench, before.load, held);
-    let lag = motion.catches_up(before.free, !held && wrench != Wrench::ZERO);
-    if felt == Wrench::ZERO && lag == Vector::ZERO && !before.free {
-        return None;
+impl Before {
+    /// Returns true if its kick contained Rapier's own pull.
+    pub(crate) fn is_free(&self) -> bool {
+        self.completion.is_some_and(Completion::is_free)
     }
-    let mut update = if before.free {
-        motion.kicked(body, felt, duration)
-    } else {
-        kicked(body, felt, duration)
-    };
-    update.linvel += lag;
-    if before.free && held {
-        update.linvel -= motion.taken_back(body, before.given, wrench, duration);
-    }
-    Some(update)
 }
 
 impl FreeMotion {

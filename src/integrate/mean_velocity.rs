@@ -75,7 +75,9 @@ fn correct(
         let load = Load::new(body, Wrench { force, torque }, wake, context.dt);
         let adds_up = load.adds_up(body, context.rules.gravity);
         let speed = load.speeds[0].max(load.speeds[1]);
-        motions.react(context, body, &load.wrench);
+        if let Some(known) = context.rules.reactions {
+            motions.react(known.of(body.handle), body, &load.wrench, context.dt);
+        }
         motions.loads.push(load);
         return if adds_up { speed } else { Real::NAN };
     }

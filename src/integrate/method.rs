@@ -11,7 +11,7 @@ use crate::rigid::{Lookup, Wrench, find};
 
 /// The action on a body in one half of a step; kicks have their duration.
 #[derive(Clone, Copy)]
-pub(super) enum Method {
+pub(crate) enum Method {
     Kick(Real),
     Implicit(Real),
     /// To be moved within the step.

@@ -52,14 +52,16 @@ pub(crate) use edges::{Change, Edges};
 pub(crate) use evaluation::{Evaluation, first_unsound};
 pub(crate) use fault::{Fault, FaultKind, Sift};
 pub(crate) use free_motion::{FreeMotion, FreeMotions};
-pub(crate) use load::{Before, complete};
+pub(crate) use kick::Kick;
+pub(crate) use load::Before;
+pub(crate) use method::Method;
 pub(crate) use motion::{
     Arrived, Completion, FASTEST, Load, Motions, TurnAfter, VelocityUpdate, kicked,
 };
 pub(crate) use particles::{Durations, ParticleMotion, ParticleState, Particles};
-pub(crate) use reaction::Reactions;
+pub(crate) use reaction::{Loaded, Reactions};
 pub(crate) use redo::Redone;
-pub(crate) use spins::{SpinRules, Spins, SpunUpdate};
+pub(crate) use spins::{SpinRules, Spins};
 pub(crate) use watch::{stiff_from, warn_of_caps, warn_of_springs};
 
 use crate::eval::{BodySlowings, Evaluator, Lineariser};

@@ -1,13 +1,13 @@
 //! The motions of bodies in one half of a step, which the bridge writes.
 
-use super::StepContext;
 use super::balance::EnergyBalance;
+use super::coupling::LinearisedWrench;
 use super::fault::Fault;
 use super::pace::Pace;
 use super::plan::StepPlan;
-use super::reaction::Reactions;
+use super::reaction::{Loaded, Reactions};
 use crate::math::{DVec3, Real, RigidBodyHandle, Vector, from_dvec3, to_dquat, to_dvec3};
-use crate::rigid::{Body, Lookup, PrincipalInertia, Wrench, find_by, find_next, sort_by_body};
+use crate::rigid::{Body, PrincipalInertia, Wrench, find_by, find_next, sort_by_body};
 
 /// The largest speed whose square is finite.
 #[cfg(feature = "f32")]
@@ -17,7 +17,7 @@ pub(crate) const FASTEST: Real = 1.8e19;
 pub(crate) const FASTEST: Real = 1.3e154;
 
 /// The error that the speed of a body, given here, would be beyond the limit.
-pub(super) struct Faster(pub(super) Real);
+pub(crate) struct Faster(pub(super) Real);
 
 /// Returns an error if new velocities are not finite, or beyond the limit.
 pub(super) fn bearable(update: VelocityUpdate) -> Result<VelocityUpdate, Faster> {
@@ -36,6 +36,8 @@ pub(crate) struct Motions {
     pub loads: Vec<Load>,
     /// Bodies whose motion is not completed by a plain kick, in the order of their handles.
     pub completions: Vec<BodyCompletion>,
+    /// The forces on loaded bodies, where they read velocities.
+    slopes: Vec<LinearisedWrench>,
     /// True if any of them bounced.
     pub bounced: bool,
     /// The record of loaded bodies whose forces read velocities, for the next step.
@@ -65,8 +67,9 @@ pub(crate) struct BodyCompletion {
 pub(crate) enum Completion {
     /// It gets no second half of a kick.
     Settled,
-    /// It is loaded with the mean of a force that reads velocities, and gets only the effect of that force's change.
-    Sloped,
+    /// It is loaded with the mean of a force that reads velocities, with this number in [`Motions::slopes`], and gets
+    /// only the effect of that force's change.
+    Sloped(usize),
     /// Its second half is completed with [`FreeMotion`](super::FreeMotion).
     Free,
     /// It was moved within the step, and Rapier changed its velocity in the meantime. It has the velocity of the middle
@@ -84,7 +87,7 @@ impl Completion {
 
     /// Returns true if the body gets no second half of a kick.
     pub(crate) fn is_settled(self) -> bool {
-        matches!(self, Completion::Settled | Completion::Sloped)
+        matches!(self, Completion::Settled | Completion::Sloped(_))
     }
 }
 
@@ -283,6 +286,7 @@ impl Motions {
         self.means.clear();
         self.loads.clear();
         self.completions.clear();
+        self.slopes.clear();
         self.bounced = false;
         self.reactions.clear();
         self.outdated = false;
@@ -295,6 +299,20 @@ impl Motions {
     /// Records the part of a body's motion that is left; bodies come in the order of their handles.
     pub(crate) fn complete_by(&mut self, body: RigidBodyHandle, completion: Completion) {
         self.completions.push(BodyCompletion { body, completion });
+    }
+
+    /// Records the force with whose mean a body is loaded.
+    pub(super) fn keep_slope(&mut self, force: LinearisedWrench) -> Completion {
+        self.slopes.push(force);
+        Completion::Sloped(self.slopes.len() - 1)
+    }
+
+    /// The force with whose mean a body was loaded, if its completion says so.
+    pub(crate) fn slope(&self, completion: Option<Completion>) -> Option<&LinearisedWrench> {
+        match completion? {
+            Completion::Sloped(number) => self.slopes.get(number),
+            _ => None,
+        }
     }
 
     /// The part of a body's motion that is left, if it is recorded.
@@ -341,17 +359,12 @@ impl Motions {
         }
     }
 
-    /// Records a load on a held body, where forces read velocities.
-    pub(super) fn react(
-        &mut self,
-        context: &StepContext<'_, impl Lookup>,
-        body: &Body,
-        load: &Wrench,
-    ) {
-        if let Some(known) = context.rules.reactions.filter(|_| context.dt > 0.0) {
-            let then = kicked(body, *load, context.dt);
+    /// Records a load on a held body, where forces read velocities; `known` is the record of the last step.
+    pub(super) fn react(&mut self, known: Option<&Loaded>, body: &Body, load: &Wrench, dt: Real) {
+        if dt > 0.0 {
+            let then = kicked(body, *load, dt);
             let loaded = [then.linvel, then.angvel];
-            known.remember(body, loaded, context.dt, &mut self.reactions);
+            self.reactions.add(known, body, loaded, dt);
         }
     }
 

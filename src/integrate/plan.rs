@@ -45,7 +45,7 @@ pub(super) const PARTS_PER_SUBSTEP: u32 = 4;
 
 /// The division of a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct StepPlan {
+pub(crate) struct StepPlan {
     /// The number of equal parts; zero for parts of unequal lengths.
     pub count: u32,
     /// True if each part is a step of fourth order.

@@ -6,7 +6,7 @@
 
 use super::coupling::Besides;
 use crate::math::{Real, RigidBodyHandle, Vector, to_dquat, to_dvec3};
-use crate::rigid::{Body, find_by, is_in_order, six, sort_by_body};
+use crate::rigid::{Body, find_by, find_next, is_in_order, six, sort_by_body};
 
 /// The loaded bodies whose forces read velocities, in the order of their handles.
 #[derive(Clone, Debug, Default)]
@@ -16,7 +16,7 @@ pub(crate) struct Reactions(Vec<Loaded>);
 /// A body that was loaded in a step. Pairs are linear and angular, in world axes.
 #[derive(Clone, Copy, Debug)]
 #[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
-struct Loaded {
+pub(crate) struct Loaded {
     body: RigidBodyHandle,
     dt: Real,
     /// The velocities to which the load alone leads.
@@ -30,13 +30,19 @@ impl Reactions {
         self.0.clear();
     }
 
-    /// Adds a body that is loaded in this step to `next`; `self` is the record of the step before.
-    pub(super) fn remember(&self, body: &Body, loaded: [Vector; 2], dt: Real, next: &mut Self) {
-        next.0.push(Loaded {
+    /// Adds a body that is loaded in this step; `known` is its entry in the record of the step before.
+    pub(super) fn add(
+        &mut self,
+        known: Option<&Loaded>,
+        body: &Body,
+        loaded: [Vector; 2],
+        dt: Real,
+    ) {
+        self.0.push(Loaded {
             body: body.handle,
             dt,
             loaded,
-            before: self.of(body).map(|known| known.accelerations(body)),
+            before: known.map(|known| known.accelerations(body)),
         });
     }
 
@@ -44,29 +50,14 @@ impl Reactions {
         sort_by_body(&mut self.0, |known| known.body);
     }
 
-    fn of(&self, body: &Body) -> Option<&Loaded> {
-        let place = find_by(&self.0, body.handle, |known| known.body)?;
+    pub(super) fn of(&self, body: RigidBodyHandle) -> Option<&Loaded> {
+        let place = find_by(&self.0, body, |known| known.body)?;
         Some(&self.0[place])
     }
 
-    /// The accelerations of a body besides those by its load, as far as the last two steps agree, so that an impact
-    /// does not affect the next step. `None` if the body was not loaded in both.
-    pub(super) fn accelerations(&self, body: &Body) -> Option<[Vector; 2]> {
-        let known = self.of(body)?;
-        let (now, before) = (known.accelerations(body), known.before?);
-        Some([0, 1].map(|part| common(now[part], before[part])))
-    }
-
-    /// [`Self::accelerations`] as a force and a torque.
-    pub(super) fn on(&self, body: &Body) -> Option<Besides> {
-        let [linear, angular] = self.accelerations(body)?;
-        let inertia = body.inertia();
-        let attitude = to_dquat(body.pose.rotation);
-        let torque = inertia.map(|it| it.angular_momentum(attitude, to_dvec3(angular)));
-        Some(Besides {
-            pull: six(to_dvec3(linear * body.mass), torque.unwrap_or_default()),
-            ..Besides::default()
-        })
+    /// [`Self::of`] for calls in the order of handles; `at` is the position in the list, zero at first.
+    pub(crate) fn next_of(&self, at: &mut usize, body: RigidBodyHandle) -> Option<&Loaded> {
+        find_next(&self.0, at, body, |known| known.body)
     }
 
     /// Returns true if the list is sorted and finite, which a deserialized one may not be.
@@ -82,6 +73,25 @@ impl Reactions {
 }
 
 impl Loaded {
+    /// The accelerations of the body besides those by its load, as far as the last two steps agree, so that an impact
+    /// does not affect the next step. `None` if the body was not loaded in both.
+    pub(super) fn steady(&self, body: &Body) -> Option<[Vector; 2]> {
+        let (now, before) = (self.accelerations(body), self.before?);
+        Some([0, 1].map(|part| common(now[part], before[part])))
+    }
+
+    /// [`Self::steady`] as a force and a torque.
+    pub(super) fn on(&self, body: &Body) -> Option<Besides> {
+        let [linear, angular] = self.steady(body)?;
+        let inertia = body.inertia();
+        let attitude = to_dquat(body.pose.rotation);
+        let torque = inertia.map(|it| it.angular_momentum(attitude, to_dvec3(angular)));
+        Some(Besides {
+            pull: six(to_dvec3(linear * body.mass), torque.unwrap_or_default()),
+            ..Besides::default()
+        })
+    }
+
     /// The accelerations by all causes except the load, for the body as it is now.
     fn accelerations(&self, now: &Body) -> [Vector; 2] {
         let now = [now.linvel, now.angvel];

@@ -29,16 +29,8 @@ struct SpinPlace {
     turn: usize,
     /// The velocities to give to Rapier; the angular one is not yet set.
     update: VelocityUpdate,
-    /// The index of `update` in [`Motions::updates`], if it is there.
-    index: Option<usize>,
-}
-
-/// The new velocities of a body whose rotation is not computed yet.
-pub(crate) enum SpunUpdate {
-    /// The last entry of [`Motions::updates`].
-    Last(VelocityUpdate),
-    /// No entry of [`Motions::updates`].
-    Apart(VelocityUpdate),
+    /// The index of `update` in [`Motions::updates`].
+    index: usize,
 }
 
 impl Spins {
@@ -65,25 +57,21 @@ impl Spins {
     ) {
         motions.updates.push(update);
         if self.includes(body, &update) {
-            self.add(motions, body, twist, SpunUpdate::Last(update));
+            self.add(motions, body, update, twist);
         }
         if self.tops.len() == LANES {
             self.compute(motions, |_| ());
         }
     }
 
-    /// Adds the free rotation of a body.
+    /// Adds the free rotation of the last body of [`Motions::updates`].
     pub(crate) fn add(
         &mut self,
         motions: &mut Motions,
         body: &Body,
+        update: VelocityUpdate,
         twist: DVec3,
-        update: SpunUpdate,
     ) {
-        let (update, index) = match update {
-            SpunUpdate::Last(update) => (update, Some(motions.updates.len() - 1)),
-            SpunUpdate::Apart(update) => (update, None),
-        };
         self.tops
             .push(FreeTop::new(body, twist, self.rules.iterations));
         self.places.push(SpinPlace {
@@ -92,7 +80,7 @@ impl Spins {
                 spins: true,
                 ..update
             },
-            index,
+            index: motions.updates.len() - 1,
         });
         motions.turns.push(SteadyTurn {
             body: body.handle,
@@ -121,9 +109,7 @@ impl Spins {
                     angvel: spin.angvel,
                     ..place.update
                 };
-                if let Some(index) = place.index {
-                    motions.updates[index] = update;
-                }
+                motions.updates[place.index] = update;
                 write(&update);
             }
         }

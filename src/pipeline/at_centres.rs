@@ -6,11 +6,11 @@ mod follow;
 mod kicks;
 mod pass;
 
-use super::scene::{Now, iterations};
+use super::scene::Now;
 use super::timings::span;
 use super::{Definition, FieldPipeline, FieldState, OpenStep};
 use crate::bridge::{self, Visit, WakePolicy, Wanted, WorldMut};
-use crate::integrate::{Caps, Edges, Evaluation, FASTEST, Scheme};
+use crate::integrate::{Edges, FASTEST, Scheme};
 pub(super) use block::BodyBlock;
 use pass::{FirstHalf, HalfStep, Pass};
 
@@ -42,21 +42,23 @@ impl FieldPipeline {
         let half = HalfStep {
             moment: now.moment(),
             dt: now.dt,
-            scheme: fields.settings.scheme,
+            last: state.evaluation.as_ref(),
+            reactions: &state.reactions,
             all: self.other_bodies,
             first: None,
         };
-        let (last, edges) = (state.evaluation.as_ref(), &mut state.edges);
+        let edges = &mut state.edges;
         // Before the search for contacts, with the held bodies of the last step, most of which are still held.
-        if self.pass(&half, last, edges, world).is_blocked() {
+        if self.pass(fields, &half, edges, world).is_blocked() {
             return None;
         }
         self.find_held(fields, world);
         self.keep_copies(fields, world);
-        if !self.visit_centres(&half, last, edges, world) {
+        if !self.visit_centres(fields, &half, edges, world) {
             return None;
         }
         self.retire(state);
+        std::mem::swap(&mut state.reactions, &mut self.motions.reactions);
         state.carriers.clear();
         state.resting.forget(self.shown.bodies.iter().copied());
         state.evaluation = Some(std::mem::take(&mut self.shown));
@@ -91,19 +93,19 @@ impl FieldPipeline {
         let half = HalfStep {
             moment: now.moment(),
             dt: now.dt,
-            scheme: fields.settings.scheme,
+            last: state.evaluation.as_ref(),
+            reactions: &state.reactions,
             all: false,
             first: Some(FirstHalf {
                 motions: &open.motions,
                 alone: open.alone,
             }),
         };
-        let twice = half.scheme.kicks_twice();
+        let twice = fields.settings.scheme.kicks_twice();
         if twice {
             self.find_held(fields, world);
         }
-        let (last, edges) = (state.evaluation.as_ref(), &mut state.edges);
-        if twice && !self.visit_centres(&half, last, edges, world) {
+        if twice && !self.visit_centres(fields, &half, &mut state.edges, world) {
             return None;
         }
         self.note_sleepers(fields, state, &open.bodies, world);
@@ -117,25 +119,25 @@ impl FieldPipeline {
     }
 
     /// Makes one half of a step. Returns false, with everything written taken back, if a body needs more than a visit.
-    /// `last` is the previous evaluation.
     fn visit_centres(
         &mut self,
+        fields: &Definition<'_>,
         half: &HalfStep<'_>,
-        last: Option<&Evaluation>,
         edges: &mut Edges,
         world: &mut WorldMut<'_>,
     ) -> bool {
         span!("visits");
         let told = self.warnings.len();
         self.motions.clear();
-        self.scene.bodies.clear();
         std::mem::swap(&mut self.shown, &mut self.spare);
         self.shown.clear();
         (self.shown.dt, self.shown.outdated) = (half.dt, true);
         self.centres
             .begin(&self.scene.compiled, &world.view(), half.moment);
         let mut block = std::mem::take(&mut self.block);
-        let done = self.pass(half, last, edges, world).run(&mut block);
+        block.drowsy.clear();
+        let done = self.pass(fields, half, edges, world).run(&mut block);
+        std::mem::swap(&mut self.scene.bodies, &mut block.drowsy);
         self.block = block;
         self.blocker = done.err();
         if self.blocker.is_some() {
@@ -147,12 +149,12 @@ impl FieldPipeline {
 
     fn pass<'a>(
         &'a mut self,
+        fields: &Definition<'_>,
         half: &'a HalfStep<'a>,
-        last: Option<&'a Evaluation>,
         edges: &'a mut Edges,
         world: &'a mut WorldMut<'_>,
     ) -> Pass<'a> {
-        let (gravity, parameters) = (world.gravity, world.integration_parameters);
+        let motion = self.scene.rules(fields, world);
         let wanted = Wanted {
             sleepers: false,
             all: half.all,
@@ -163,17 +165,12 @@ impl FieldPipeline {
             visit: Visit::new(world, &mut self.undo),
             blocker: self.blocker,
             compiled: &self.scene.compiled,
-            held: &self.scene.held,
-            last,
             half,
-            gravity,
-            caps: Caps::new(parameters),
-            iterations: iterations(parameters),
+            motion,
             spins: &mut self.integrator.spins,
             evaluator: &mut self.centres,
             shown: &mut self.shown,
             motions: &mut self.motions,
-            drowsy: &mut self.scene.bodies,
             edges,
             warnings: &mut self.warnings,
         }

@@ -79,6 +79,7 @@ impl FieldPipeline {
         if begun.is_err() {
             // The evaluation may belong to bodies that the records do not have.
             self.retire(state);
+            state.reactions.clear();
             self.rollback.restore(&mut world);
         }
         let (idle, sleepers) = begun?;
@@ -242,6 +243,7 @@ impl FieldPipeline {
             self.write_first(state, world);
             self.rollback.clear();
             self.retire(state);
+            state.reactions.clear();
             self.spare.clear();
             self.stopwatch.lap(StepStage::Bookkeeping);
             return Ok((true, false));

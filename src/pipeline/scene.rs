@@ -79,7 +79,6 @@ impl StepScene {
         view: &'a WorldRef<'a>,
         now: Now,
     ) -> StepContext<'a, WorldRef<'a>> {
-        let parameters = world.integration_parameters;
         StepContext {
             compiled: &self.compiled,
             world: view,
@@ -88,19 +87,25 @@ impl StepScene {
             time: now.time,
             dt: now.dt,
             span: now.span,
-            rules: MotionRules {
-                scheme: fields.settings.scheme,
-                max_substeps: fields.settings.max_substeps,
-                exact_turns: self.exact_turns(fields),
-                iterations: iterations(parameters),
-                gravity: world.gravity,
-                caps: Caps::new(parameters),
-                links: &self.links,
-                held: &self.held,
-                reactions: None,
-                on_fault: fields.settings.on_fault,
-                sift: None,
-            },
+            rules: self.rules(fields, world),
+        }
+    }
+
+    /// The rules of motion, without those of the present half of a step.
+    pub(super) fn rules(&self, fields: &Definition<'_>, world: &WorldMut<'_>) -> MotionRules<'_> {
+        let parameters = world.integration_parameters;
+        MotionRules {
+            scheme: fields.settings.scheme,
+            max_substeps: fields.settings.max_substeps,
+            exact_turns: self.exact_turns(fields),
+            iterations: iterations(parameters),
+            gravity: world.gravity,
+            caps: Caps::new(parameters),
+            links: &self.links,
+            held: &self.held,
+            reactions: None,
+            on_fault: fields.settings.on_fault,
+            sift: None,
         }
     }
 

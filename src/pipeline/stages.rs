@@ -185,7 +185,6 @@ impl FieldPipeline {
             self.spare = evaluation;
         }
         state.records.clear();
-        state.reactions.clear();
     }
 
     /// Returns true if no field can reach any body in this step: all fields are bounded, and each body is farther away

@@ -2,7 +2,7 @@
 //! give them.
 
 use crate::eval::{CentreBlock, CentreForce, TOGETHER, in_lane, widened};
-use crate::integrate::{Before, FASTEST, FreeMotion, FreeMotions};
+use crate::integrate::{Before, FASTEST, FreeMotion, FreeMotions, Loaded};
 use crate::math::{Real, RigidBodyHandle, Vector, from_f64, to_f64};
 use crate::number::{LaneMask, Lanes, Plain, Vec3, each_lane, in_registers};
 use crate::rapier::dynamics::RigidBody;
@@ -24,11 +24,13 @@ pub(crate) struct BodyBlock {
     pub(super) free: [FreeMotion; TOGETHER],
     /// One bit for each body whose first half of a kick contained these causes.
     pub(super) completed: u64,
-    /// One bit for each body that is held, or whose rotation is to be computed; and these bodies, in their order.
+    /// One bit for each body that needs a kick of its own, and these bodies, in their order.
     pub(super) special: u64,
     /// Bodies that may be too far from the origin.
     pub(super) far: u64,
     pub(super) specials: Vec<Special>,
+    /// All bodies so far that are about to fall asleep.
+    pub(super) drowsy: Vec<Body>,
 }
 
 impl Default for BodyBlock {
@@ -44,6 +46,7 @@ impl Default for BodyBlock {
             special: 0,
             far: 0,
             specials: Vec::new(),
+            drowsy: Vec::new(),
         }
     }
 }
@@ -60,12 +63,13 @@ pub(super) struct LastWay {
     pub dt: Real,
 }
 
-/// A body that is held, or whose rotation is to be computed.
+/// A body that needs a kick of its own.
 #[derive(Debug)]
 pub(super) struct Special {
     pub body: Body,
-    pub free: FreeMotion,
     pub before: Before,
+    /// Its load in the last step.
+    pub loaded: Option<Loaded>,
 }
 
 /// The rules by which a block is kicked.

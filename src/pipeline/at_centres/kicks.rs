@@ -1,20 +1,24 @@
 //! The kicks of the bodies of a block: plain ones, those that contain gravity, the user's force and damping, and those
-//! of bodies that are held or precess.
+//! of bodies that need a kick of their own.
 
 use super::block::{BodyBlock, Kicked, Special};
 use super::pass::{Done, Pass, Rules};
-use crate::eval::in_lane;
-use crate::integrate::{
-    Completion, FASTEST, Load, Scheme, SpunUpdate, VelocityUpdate, complete,
-    kicked as plainly_kicked,
-};
+use crate::eval::{CentreForce, in_lane};
+use crate::integrate::{Completion, FASTEST, Kick, LinearisedWrench, Method, VelocityUpdate};
 use crate::math::{DVec3, RigidBodyHandle, Vector};
 use crate::number::lanes_of;
-use crate::rigid::Wrench;
+use crate::rapier::na::Matrix3;
+use crate::rigid::{Body, Wrench};
 
 impl Pass<'_> {
     /// Kicks all bodies of a block.
-    pub(super) fn kick(&mut self, rules: &Rules, block: &BodyBlock, kicked: &Kicked) -> Done {
+    pub(super) fn kick(
+        &mut self,
+        rules: &Rules,
+        block: &BodyBlock,
+        felt: &CentreForce,
+        kicked: &Kicked,
+    ) -> Done {
         let moved = block.all() & (kicked.pushed | block.completed) & !block.special;
         if let Some(lane) = lanes_of(moved & !kicked.sound).next() {
             return Err(block.seen.bodies[lane]);
@@ -25,7 +29,11 @@ impl Pass<'_> {
             let is_set = |mask: u64| mask >> lane & 1 == 1;
             if is_set(block.special) {
                 if let Some(special) = specials.next() {
-                    self.kick_specially(rules, special, in_lane(&kicked.forces, lane))?;
+                    let (force, torque) = (in_lane(&kicked.forces, lane), Vector::ZERO);
+                    let of_body = || coupling(felt, lane, &special.body);
+                    let coupling = rules.kick.slows.then(of_body).flatten();
+                    let wrench = Wrench { force, torque };
+                    self.kick_specially(rules, special, wrench, coupling.as_ref())?;
                 }
                 continue;
             }
@@ -92,24 +100,57 @@ impl Pass<'_> {
         Ok(())
     }
 
-    /// Kicks a body that is held, or that precesses.
-    fn kick_specially(&mut self, rules: &Rules, special: &Special, force: Vector) -> Done {
-        let Special { body, free, before } = special;
-        let torque = Vector::ZERO;
-        let wrench = Wrench { force, torque };
-        let held = self.held.contains(body.handle);
-        let update = match self.half.first {
-            None if held => {
-                self.load(special, wrench)?;
-                None
-            }
-            None => self.turn(rules, special, wrench)?,
-            Some(_) => complete(body, free, wrench, held, *before, rules.kick.duration),
+    /// Kicks a body by itself, as steps with samples do.
+    fn kick_specially(
+        &mut self,
+        rules: &Rules,
+        special: &Special,
+        wrench: Wrench,
+        coupling: Option<&LinearisedWrench>,
+    ) -> Done {
+        let Special {
+            body,
+            before,
+            loaded,
+        } = special;
+        let kick = Kick {
+            rules: &self.motion,
+            dt: self.half.dt,
+            turns: self.compiled.torque_possible,
+            body,
+            held: self.motion.held.contains(body.handle),
+            wrench,
+            coupling,
+            loaded: loaded.as_ref(),
+            jacobian: None,
+            before: self.half.first.map(|_| *before),
+            wake: false,
         };
-        if let Some(update) = update {
-            self.check_speed(rules, &update)?;
-            self.visit.write(&update);
+        if let Some(first) = self.half.first
+            && let Some(was) = first.motions.slope(before.completion)
+        {
+            let update = kick.end_of_load(was, before.load.is_some());
+            return update.map_or(Ok(()), |update| self.write(rules, &update));
         }
+        let kicked = kick.done(Method::Kick(rules.kick.duration), self.motions);
+        let Some((update, twist)) = kicked.map_err(|_| body.handle)? else {
+            return Ok(());
+        };
+        if !rules.kick.first {
+            return self.write(rules, &update);
+        }
+        self.motions.updates.push(update);
+        if self.spins.includes(body, &update) {
+            self.check_speed(rules, &update)?;
+            self.spins.add(self.motions, body, update, twist);
+            return Ok(());
+        }
+        self.write(rules, &update)
+    }
+
+    fn write(&mut self, rules: &Rules, update: &VelocityUpdate) -> Done {
+        self.check_speed(rules, update)?;
+        self.visit.write(update);
         Ok(())
     }
 
@@ -129,63 +170,17 @@ impl Pass<'_> {
 
     /// Warns if Rapier will limit a velocity, or if a body is too far from the origin.
     fn warn_of_cap(&mut self, body: RigidBodyHandle, linvel: Vector) {
-        let caps = self.caps;
+        let caps = self.motion.caps;
         self.warnings.extend(caps.of_speed(body, linvel.length()));
         let place = self.visit.body(body).map(|it| it.translation());
         self.warnings
             .extend(place.and_then(|it| caps.of_place(body, it, linvel)));
     }
+}
 
-    /// Loads a body that is held.
-    fn load(&mut self, Special { body, .. }: &Special, wrench: Wrench) -> Done {
-        let load = Load::new(body, wrench, false, self.half.dt);
-        if !load.is_bearable(body, self.gravity) {
-            return Err(body.handle);
-        }
-        let loads = &mut self.motions.loads;
-        loads.extend((wrench != Wrench::ZERO).then_some(load));
-        Ok(())
-    }
-
-    /// The first half for a body that precesses; `None` if there is nothing to write yet.
-    fn turn(
-        &mut self,
-        rules: &Rules,
-        Special { body, free, .. }: &Special,
-        wrench: Wrench,
-    ) -> Result<Option<VelocityUpdate>, RigidBodyHandle> {
-        let duration = rules.kick.duration;
-        let is_felt = wrench != Wrench::ZERO;
-        let turns = self.compiled.torque_possible && body.angvel != Vector::ZERO;
-        if !is_felt && !turns {
-            return Ok(None);
-        }
-        let is_alone = !is_felt || self.half.scheme == Scheme::Kick || free.is_none();
-        let (update, twist) = if is_alone {
-            (plainly_kicked(body, wrench, duration), DVec3::ZERO)
-        } else {
-            free.along(body, wrench, duration)
-        };
-        let spins = self.spins.includes(body, &update);
-        if is_alone {
-            if spins {
-                self.check_speed(rules, &update)?;
-                self.spins
-                    .add(self.motions, body, twist, SpunUpdate::Apart(update));
-                return Ok(None);
-            }
-            return Ok(is_felt.then_some(update));
-        }
-        let linvel = free.given(update.linvel);
-        let given = VelocityUpdate { linvel, ..update };
-        self.motions.complete_by(body.handle, Completion::Free);
-        self.motions.updates.push(given);
-        if spins {
-            self.check_speed(rules, &given)?;
-            self.spins
-                .add(self.motions, body, twist, SpunUpdate::Last(given));
-            return Ok(None);
-        }
-        Ok(Some(given))
-    }
+/// The force in a lane, linearised in the velocity; `None` if no force acts on the body at any velocity.
+fn coupling(felt: &CentreForce, lane: usize, body: &Body) -> Option<LinearisedWrench> {
+    let (force, slope) = (felt.force_in(lane), felt.slope_in(lane));
+    let acts = force != DVec3::ZERO || slope != Matrix3::zeros();
+    acts.then(|| LinearisedWrench::at_centre(force, slope, body))
 }

@@ -5,22 +5,22 @@ use crate::bridge::{self, Visit, Walk};
 use crate::compile::{AtCentres, Compiled};
 use crate::eval::{CentreEvaluator, TOGETHER, in_lane};
 use crate::integrate::{
-    Before, Caps, Completion, Edges, Evaluation, FASTEST, FreeMotion, Motions, Scheme, SpinRules,
-    Spins, StepWarning, stiff_from,
+    Before, Completion, Edges, Evaluation, FASTEST, FreeMotion, Loaded, MotionRules, Motions,
+    Reactions, SpinRules, Spins, StepWarning, stiff_from,
 };
 use crate::math::{Real, RigidBodyHandle, Vector, from_f64};
 use crate::number::{each_lane, lanes_of};
 use crate::rapier::dynamics::RigidBody;
-use crate::rigid::{
-    Body, BodySet, PartsMark, Wrench, drowsy, find_next, find_next_place, is_sound,
-};
+use crate::rigid::{Body, PartsMark, Wrench, drowsy, find_next, find_next_place, is_sound};
 use crate::sample::Moment;
 
 /// One half of a step.
 pub(super) struct HalfStep<'a> {
     pub moment: Moment,
     pub dt: Real,
-    pub scheme: Scheme,
+    /// The previous evaluation.
+    pub last: Option<&'a Evaluation>,
+    pub reactions: &'a Reactions,
     /// True if bodies may have been added or removed.
     pub all: bool,
     /// The first half, in the second one.
@@ -35,20 +35,13 @@ pub(super) struct FirstHalf<'a> {
     pub alone: bool,
 }
 
-impl HalfStep<'_> {
-    /// The time for which forces act.
-    fn duration(&self) -> Real {
-        let share = if self.scheme.kicks_twice() { 0.5 } else { 1.0 };
-        self.dt * share
-    }
-}
-
 /// The position of a walk in the lists of the first half.
 #[derive(Default)]
 struct Places {
     known: usize,
     completions: usize,
     loads: usize,
+    reactions: usize,
     given: usize,
 }
 
@@ -59,19 +52,12 @@ pub(super) struct Pass<'a> {
     /// The body that needed more than a visit in the last step.
     pub blocker: Option<RigidBodyHandle>,
     pub compiled: &'a Compiled,
-    pub held: &'a BodySet,
-    /// The previous evaluation.
-    pub last: Option<&'a Evaluation>,
     pub half: &'a HalfStep<'a>,
-    pub gravity: Vector,
-    pub caps: Caps,
-    /// Solver iterations of Rapier's step.
-    pub iterations: u32,
+    pub motion: MotionRules<'a>,
     pub spins: &'a mut Spins,
     pub evaluator: &'a mut CentreEvaluator,
     pub shown: &'a mut Evaluation,
     pub motions: &'a mut Motions,
-    pub drowsy: &'a mut Vec<Body>,
     pub edges: &'a mut Edges,
     pub warnings: &'a mut Vec<StepWarning>,
 }
@@ -93,17 +79,24 @@ pub(super) struct Rules {
 
 impl Pass<'_> {
     fn rules(&self) -> Rules {
+        let MotionRules {
+            scheme,
+            gravity,
+            caps,
+            ..
+        } = self.motion;
         let varies = self.compiled.varies();
+        let twice = scheme.kicks_twice();
         Rules {
-            suspicious: stiff_from(self.half.scheme).filter(|_| varies),
-            falls: self.gravity != Vector::ZERO,
+            suspicious: stiff_from(scheme).filter(|_| varies),
+            falls: gravity != Vector::ZERO,
             kick: KickRules {
-                duration: self.half.duration(),
+                duration: self.half.dt * if twice { 0.5 } else { 1.0 },
                 slows: self.compiled.reads_velocity,
                 first: self.half.first.is_none(),
-                cap: self.caps.speed,
+                cap: caps.speed,
             },
-            twice: self.half.scheme.kicks_twice(),
+            twice,
             places: Places::default(),
         }
     }
@@ -113,8 +106,8 @@ impl Pass<'_> {
         let blocker = self.blocker.and_then(|it| Some((it, self.visit.body(it)?)));
         blocker.is_some_and(|(handle, body)| {
             let is_awake = bridge::is_movable(body) && !body.is_sleeping();
-            let known = self.last.and_then(|last| last.place_of(handle));
-            is_awake && !self.takes(handle, body, known.is_some())
+            let known = self.half.last.and_then(|last| last.place_of(handle));
+            is_awake && !self.takes(body, known.is_some())
         })
     }
 
@@ -131,7 +124,7 @@ impl Pass<'_> {
         let mut rules = self.rules();
         self.spins.begin(SpinRules {
             dt: self.half.dt,
-            iterations: self.iterations,
+            iterations: self.motion.iterations,
             balls_too: false,
         });
         loop {
@@ -143,7 +136,7 @@ impl Pass<'_> {
             let kicked = block.kick(&felt, &rules.kick);
             self.check_forces(&rules, block, &kicked)?;
             self.show(&rules, block, &kicked.forces);
-            self.kick(&rules, block, &kicked)?;
+            self.kick(&rules, block, &felt, &kicked)?;
         }
     }
 
@@ -159,7 +152,7 @@ impl Pass<'_> {
                 continue;
             }
             let lane = block.seen.count;
-            let bodies = self.last.map_or(&[][..], |last| &last.bodies);
+            let bodies = self.half.last.map_or(&[][..], |last| &last.bodies);
             let known = find_next_place(bodies, &mut rules.places.known, handle);
             if self.half.first.is_none() && !self.is_weighed(known, body) {
                 self.visit.weigh(handle);
@@ -168,12 +161,12 @@ impl Pass<'_> {
                     None => continue,
                 }
             }
-            if !self.takes(handle, body, known.is_some()) {
+            if !self.takes(body, known.is_some()) {
                 return Err(handle);
             }
             block.known[lane] = known;
             if rules.kick.first && drowsy(body) > 0.0 {
-                self.drowsy.push(Body::of(handle, body));
+                block.drowsy.push(Body::of(handle, body));
             }
             self.add(rules, handle, body, block);
         }
@@ -190,22 +183,26 @@ impl Pass<'_> {
         block: &mut BodyBlock,
     ) {
         let bit = 1 << block.seen.count;
-        if body.translation().abs().max_element() > self.caps.farthest {
+        if body.translation().abs().max_element() > self.motion.caps.farthest {
             block.far |= bit;
         }
         let before = match &self.half.first {
             None => Before::default(),
             Some(first) => rules.places.before(first.motions, handle),
         };
-        if before.load.is_some() || may_precess(body) || self.held.contains(handle) {
-            let special = self.special(handle, body, before);
+        let is_loaded =
+            before.load.is_some() || before.completion.is_some_and(Completion::is_settled);
+        if is_loaded || self.is_special(rules, handle, body) {
+            let (at, known) = (&mut rules.places.reactions, self.half.reactions);
+            let loaded = known.next_of(at, handle).filter(|_| rules.kick.first);
+            let special = self.special(handle, body, before, loaded);
             block.special |= bit;
             block.add(handle, body, FreeMotion::NONE, special.body.linvel);
             block.specials.push(special);
             return;
         }
         let (free, mut linvel) = (self.free(rules, body), body.linvel());
-        if before.free {
+        if before.is_free() {
             [linvel, _] = free.moved(linvel, Vector::ZERO);
             block.completed |= bit;
         }
@@ -216,13 +213,37 @@ impl Pass<'_> {
     }
 
     #[inline(never)]
-    fn special(&self, handle: RigidBodyHandle, body: &RigidBody, before: Before) -> Special {
+    fn special(
+        &self,
+        handle: RigidBodyHandle,
+        body: &RigidBody,
+        before: Before,
+        loaded: Option<&Loaded>,
+    ) -> Special {
         let mut body = Body::of(handle, body);
-        let free = FreeMotion::new(&body, self.gravity, self.iterations, self.half.dt);
-        if before.free {
+        if before.is_free() {
+            let MotionRules {
+                gravity,
+                iterations,
+                ..
+            } = self.motion;
+            let free = FreeMotion::new(&body, gravity, iterations, self.half.dt);
             [body.linvel, body.angvel] = free.moved(body.linvel, body.angvel);
         }
-        Special { body, free, before }
+        Special {
+            body,
+            before,
+            loaded: loaded.copied(),
+        }
+    }
+
+    /// Returns true if a body needs a kick of its own: it is held or precesses, or drag slows it differently along
+    /// different axes.
+    #[inline]
+    fn is_special(&self, rules: &Rules, handle: RigidBodyHandle, body: &RigidBody) -> bool {
+        let [x, y, z] = body.mass_properties().effective_inv_mass.to_array();
+        let is_locked = rules.kick.slows && !(x == y && y == z);
+        is_locked || may_precess(body) || self.motion.held.contains(handle)
     }
 
     /// The motion of a body apart from fields, as far as kicks contain it: a single kick leaves damping to Rapier, and
@@ -232,14 +253,19 @@ impl Pass<'_> {
         if !rules.twice && !rules.kick.slows || coasts(rules, body) {
             return FreeMotion::NONE;
         }
-        let free = FreeMotion::of(body, self.gravity, self.iterations, self.half.dt);
+        let MotionRules {
+            gravity,
+            iterations,
+            ..
+        } = self.motion;
+        let free = FreeMotion::of(body, gravity, iterations, self.half.dt);
         if rules.twice { free } else { free.undamped() }
     }
 
     /// Returns true if a body has the colliders that it had in the last step, so that Rapier has computed its mass.
     #[inline]
     fn is_weighed(&self, known: Option<usize>, body: &RigidBody) -> bool {
-        let (Some(place), Some(last)) = (known, self.last) else {
+        let (Some(place), Some(last)) = (known, self.half.last) else {
             return false;
         };
         last.parts.get(place) == Some(&PartsMark::of(body))
@@ -247,13 +273,10 @@ impl Pass<'_> {
 
     /// Returns true if a visit suffices for a body, as far as that is known before its forces are.
     #[inline]
-    fn takes(&self, handle: RigidBodyHandle, body: &RigidBody, is_known: bool) -> bool {
+    fn takes(&self, body: &RigidBody, is_known: bool) -> bool {
         let same_parts = is_known && self.half.first.is_some_and(|first| first.alone);
         let anywhere = self.compiled.at_centres == Some(AtCentres::Bodies);
-        let is_whole = anywhere || same_parts || self.is_one_ball(body);
-        let is_slowed = || self.is_slowed_simply(handle, body);
-        let is_kicked = !self.compiled.reads_velocity || is_slowed();
-        is_harmless(body) && is_whole && is_kicked
+        is_harmless(body) && (anywhere || same_parts || self.is_one_ball(body))
     }
 
     /// Returns true if all samples of a body are at its centre of mass.
@@ -272,16 +295,10 @@ impl Pass<'_> {
         })
     }
 
-    /// Returns true if drag slows a body in closed form.
-    fn is_slowed_simply(&self, handle: RigidBodyHandle, body: &RigidBody) -> bool {
-        let [x, y, z] = body.mass_properties().effective_inv_mass.to_array();
-        x == y && y == z && !self.held.contains(handle) && !may_precess(body)
-    }
-
     /// Returns an error if a force is not finite, or changed so much that the fields may be stiff.
     fn check_forces(&mut self, rules: &Rules, block: &BodyBlock, kicked: &Kicked) -> Done {
         let mut bad = block.all() & !kicked.finite;
-        if let (Some(most), Some(last)) = (rules.suspicious, self.last)
+        if let (Some(most), Some(last)) = (rules.suspicious, self.half.last)
             && (self.half.first.is_some() || !rules.twice)
         {
             let (changes, ways) = self.changes(block, kicked, last);
@@ -385,9 +402,10 @@ impl Places {
         let load = find_next(&first.loads, &mut self.loads, handle, |it| it.body);
         let given = find_next(&first.updates, &mut self.given, handle, |it| it.body);
         Before {
-            free: completion.is_some_and(Completion::is_free),
+            completion,
             load: load.map(|load| load.wrench),
             given: given.map(|update| update.linvel),
+            correction: None,
         }
     }
 }

@@ -6,7 +6,7 @@ use proptest::prelude::*;
 use super::*;
 use crate::field::region::Region;
 use crate::field::{
-    Axis, Coupling, Field, FieldSet, ForceMode, Lifetime, Operator, Tree, Turbulence,
+    Axis, Coupling, Field, FieldSet, ForceMode, Lifetime, Operator, Sampling, Tree, Turbulence,
 };
 use crate::math::{Real, RigidBodyHandle, Vector};
 use crate::pipeline::FieldSettings;
@@ -372,6 +372,60 @@ fn bodies_may_be_added_and_removed_between_steps_at_centres() {
             let later = &runs[0].at_centres[1..];
             assert!(later.iter().all(|it| *it), "{fields:?} {later:?}");
         }
+    }
+}
+
+/// Balls and boxes that slide and roll on a floor, and boxes that spin above it. Some of them may not move along an
+/// axis.
+fn sliding() -> PhysicsWorld {
+    let mut world = PhysicsWorld::new();
+    let floor = RigidBodyBuilder::fixed().translation(Vector::Y * -1.0);
+    world.insert(floor, ColliderBuilder::cuboid(50.0, 1.0, 50.0));
+    for place in 0..18 {
+        let flies = place % 3 == 2;
+        let at = Vector::new(
+            place as Real * 2.0 - 18.0,
+            if flies { 9.0 } else { 0.4 },
+            0.0,
+        );
+        let spin = if flies {
+            Vector::new(1.0, 2.0, 0.5)
+        } else {
+            Vector::ZERO
+        };
+        let body = RigidBodyBuilder::dynamic()
+            .translation(at)
+            .linvel(Vector::new(0.5, 0.0, 1.0))
+            .angvel(spin)
+            .linear_damping(if place % 5 == 0 { 0.4 } else { 0.0 })
+            .additional_solver_iterations(place % 2)
+            .enabled_translations(place % 4 != 3, true, true);
+        let collider = match place % 3 {
+            0 => ColliderBuilder::ball(0.4),
+            _ => ColliderBuilder::cuboid(0.6, 0.4, 0.4),
+        };
+        world.insert(body, collider.friction(0.3));
+    }
+    world
+}
+
+#[test]
+fn bodies_that_are_held_precess_or_are_locked_are_slowed_in_visits() {
+    for scheme in [Scheme::Kick, Scheme::KickDriftKick] {
+        let wind = Field::wind(Vector::new(-3.0, 1.0, 0.0), 0.8, 0.0);
+        let gust = Field::wind(Vector::X * 9.0, 2.0, 0.0).within(Region::ball(4.0));
+        let centre = |field: Field| field.sampled(Sampling::Centre);
+        let tree = centre(wind) + centre(gust);
+        let mut runs = [false, true].map(|audit| Run::new(sliding(), tree.clone(), scheme, audit));
+        for step in 0..45 {
+            runs.iter_mut().for_each(Run::step);
+            let apart = runs[0].apart(&runs[1]);
+            assert!(apart < 1e-4, "{scheme:?} {step}: {apart}");
+        }
+        assert!(runs[0].touches());
+        // A body that has almost stopped moves less than the force there changes its way, which may be stiff.
+        let visited = runs[0].at_centres.iter().filter(|it| **it).count();
+        assert!(visited > 40, "{scheme:?} {visited}");
     }
 }
 
