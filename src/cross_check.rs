@@ -163,7 +163,7 @@ impl CrossCheckReport {
         }
         let verdict = judge(seen.ours.as_ref(), &seen.theirs, &bands, &placed);
         self.record(&verdict);
-        self.tell(judging.settings, pair, world_point, verdict.differences);
+        self.notify(judging.settings, pair, world_point, verdict.differences);
     }
 
     fn record(&mut self, verdict: &Verdict) {
@@ -203,7 +203,7 @@ impl CrossCheckReport {
     }
 
     /// Lists the differences of a pair, each with its band, and calls the listener.
-    fn tell(
+    fn notify(
         &mut self,
         settings: &CrossCheck,
         colliders: [ColliderHandle; 2],
@@ -220,8 +220,8 @@ impl CrossCheckReport {
             };
             self.disagreements.push(found);
             self.first = self.first.or(Some(found));
-            if let Some(tell) = &settings.listener {
-                tell(&found);
+            if let Some(listener) = &settings.listener {
+                listener(&found);
             }
         }
     }
@@ -247,7 +247,7 @@ impl CrossCheckReport {
             let outcome = judge.weigh(record, [one, two], ends);
             self.last_touches.add(outcome.counts);
             let (colliders, world_point) = (record.colliders, record.world_point);
-            self.tell(settings, colliders, world_point, outcome.differences);
+            self.notify(settings, colliders, world_point, outcome.differences);
         }
         self.touches.add(self.last_touches);
     }

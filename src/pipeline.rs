@@ -38,13 +38,13 @@ use crate::bridge::{
     WorldMut,
 };
 use crate::contact::{
-    Calm, Claims, ContactEvent, Detection, Detector, FieldContact, ResponderRules,
+    Claims, ContactEvent, Detection, Detector, FieldContact, HookFilter, ResponderRules,
 };
 use crate::cross_check::Watched;
 use crate::diagnose::{ZoneEvent, ZoneWatch};
 use crate::eval::CentreEvaluator;
 use crate::field::FieldSet;
-use crate::integrate::{Evaluation, FaultPolicy, Integrator, Motions, Redone, StepWarning};
+use crate::integrate::{Evaluation, FaultPolicy, Integrator, Motions, Retried, StepWarning};
 use crate::math::{Real, RigidBodyHandle};
 use crate::rigid::{Body, BodySet, Wrench};
 use crate::sample::{Gatherer, Properties};
@@ -115,7 +115,7 @@ pub struct FieldPipeline {
     /// The policy when the step began.
     on_fault: FaultPolicy,
     /// Bodies that are to be disabled in this half of the step.
-    condemned: Vec<RigidBodyHandle>,
+    quarantined: Vec<RigidBodyHandle>,
     centres: CentreEvaluator,
     /// A buffer for bodies that are evaluated together.
     block: at_centres::BodyBlock,
@@ -133,7 +133,7 @@ pub struct FieldPipeline {
     spare: Evaluation,
     /// A buffer for the record of an open step.
     spare_record: OpenRecord,
-    acting: Vec<bool>,
+    wake_decisions: Vec<bool>,
     /// Bodies that must not fall asleep.
     restless: Vec<RigidBodyHandle>,
     /// True if `held` is up to date for this half of the step.
@@ -151,12 +151,12 @@ pub struct FieldPipeline {
     detection: Detection,
     pushes: Vec<Push>,
     claims: Arc<Claims>,
-    calm: Calm,
+    hook_filter: HookFilter,
     claims_for: (ResponderRules, Detection),
     watched: Watched,
     pub(crate) warnings: Vec<StepWarning>,
     /// Bodies whose last step was repeated.
-    redone: Vec<Redone>,
+    retried: Vec<Retried>,
     /// True if bodies were added or removed since the last step.
     other_bodies: bool,
     /// True if colliders were added or removed since the last step.
@@ -305,9 +305,12 @@ impl FieldPipeline {
 
 /// Returns whether a wrench acts on a body, and whether the body is to be woken or kept awake. `acting` has the first
 /// decision for each body if any of them sleeps, else it is empty.
-fn acts(policy: WakePolicy, acting: &[bool]) -> impl Fn(usize, &Body, Wrench) -> (bool, bool) {
+fn wake_decision(
+    policy: WakePolicy,
+    decisions: &[bool],
+) -> impl Fn(usize, &Body, Wrench) -> (bool, bool) {
     move |place, body, wrench| {
-        let acts = acting.get(place).copied().unwrap_or(true);
+        let acts = decisions.get(place).copied().unwrap_or(true);
         let always = policy == WakePolicy::Always && wrench != Wrench::ZERO;
         (acts, always || body.sleeping)
     }

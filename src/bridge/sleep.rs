@@ -76,9 +76,9 @@ impl Resting {
         bodies: &[Body],
         wrenches: &[Wrench],
         rule: WakeRule,
-        acting: &mut Vec<bool>,
+        decisions: &mut Vec<bool>,
     ) {
-        acting.clear();
+        decisions.clear();
         if self.0.is_empty() && !bodies.iter().any(|body| body.sleeping) {
             return;
         }
@@ -86,7 +86,7 @@ impl Resting {
         self.forget(awake.map(|body| body.handle));
         let mut at = 0;
         for (body, wrench) in bodies.iter().zip(wrenches) {
-            acting.push(!body.sleeping || self.wakes(&mut at, body, *wrench, rule));
+            decisions.push(!body.sleeping || self.wakes(&mut at, body, *wrench, rule));
         }
     }
 

@@ -34,7 +34,7 @@ pub(crate) struct SoftBodies {
     /// The sampled soft bodies, in the order of their samples.
     bodies: Vec<Sampled>,
     /// Soft bodies that are to be disabled because of a fault.
-    condemned: Vec<SoftBodyHandle>,
+    quarantined: Vec<SoftBodyHandle>,
     /// The root bodies of soft bodies that are not finite; they are left to Rapier, which disables them.
     pub unsound: Vec<RigidBodyHandle>,
     /// The root bodies of soft bodies without volume, within reach of a field that acts on volumes.
@@ -63,7 +63,7 @@ impl SoftBodies {
         properties.of_world(&mut self.samples);
         self.states.clear();
         self.bodies.clear();
-        self.condemned.clear();
+        self.quarantined.clear();
         self.unsound.clear();
         self.without_volume.clear();
         for (handle, soft) in world.soft_bodies.iter() {
@@ -223,23 +223,23 @@ impl SoftBodies {
     }
 
     /// Marks the soft bodies of a fault to be disabled, and removes the forces on them.
-    pub(crate) fn condemn(&mut self, fault: &Fault) {
+    pub(crate) fn quarantine(&mut self, fault: &Fault) {
         for place in &fault.places {
             let number = self.bodies.partition_point(|it| it.first <= *place) - 1;
             let handle = self.bodies[number].handle;
-            if self.condemned.contains(&handle) {
+            if self.quarantined.contains(&handle) {
                 continue;
             }
-            self.condemned.push(handle);
+            self.quarantined.push(handle);
             let places = self.places(number);
             self.forces[places.clone()].fill(Wrench::ZERO);
             self.left_out[places].fill(true);
         }
     }
 
-    /// Stops and disables the condemned bodies, as Rapier does with soft bodies that are not finite.
-    pub(crate) fn quarantine(&self, softs: &mut SoftBodySet) {
-        for handle in &self.condemned {
+    /// Stops and disables the quarantined bodies, as Rapier does with soft bodies that are not finite.
+    pub(crate) fn disable_quarantined(&self, softs: &mut SoftBodySet) {
+        for handle in &self.quarantined {
             let Some(soft) = softs.get_mut(*handle) else {
                 continue;
             };
@@ -272,7 +272,7 @@ impl SoftBodies {
         flight.clear();
         if self.motions.iter().any(loads) {
             lend(softs, lent);
-            lent.retain(|forces| !self.condemned.contains(&forces.body));
+            lent.retain(|forces| !self.quarantined.contains(&forces.body));
             for (place, motion) in self.motions.iter().enumerate() {
                 let coupling = self.particles.couplings.get(place).copied().flatten();
                 flight.loaded.push(coupling.filter(|_| loads(motion)));
@@ -280,14 +280,14 @@ impl SoftBodies {
             flight.bodies.extend_from_slice(&self.bodies);
         }
         self.push(policy, softs);
-        self.quarantine(softs);
+        self.disable_quarantined(softs);
         flight
     }
 
     /// Applies the second half of the motions; returns the number of particles moved.
     pub(crate) fn second_half(&self, policy: WakePolicy, softs: &mut SoftBodySet) -> usize {
         let pushed = self.push(policy, softs);
-        self.quarantine(softs);
+        self.disable_quarantined(softs);
         pushed
     }
 

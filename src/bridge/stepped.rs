@@ -14,7 +14,7 @@ use crate::rigid::{SMALLEST_TIME, world_com};
 pub(crate) struct Stepped {
     pub before: Undo,
     /// Copies of bodies that were quarantined.
-    condemned: Vec<(RigidBodyHandle, RigidBody)>,
+    quarantined: Vec<(RigidBodyHandle, RigidBody)>,
     witnesses: Vec<Witness>,
     /// The record of bodies about to fall asleep from before the step.
     pub drowsing: Option<Drowsing>,
@@ -98,7 +98,7 @@ const MORE: Real = 1.5;
 impl Stepped {
     pub(crate) fn clear(&mut self) {
         self.before.clear();
-        self.condemned.clear();
+        self.quarantined.clear();
         self.witnesses.clear();
         self.drowsing = None;
     }
@@ -117,11 +117,15 @@ impl Stepped {
     }
 
     /// Copies bodies that are about to be disabled.
-    pub(crate) fn note_condemned(&mut self, bodies: &RigidBodySet, condemned: &[RigidBodyHandle]) {
-        let copies = condemned
+    pub(crate) fn note_quarantined(
+        &mut self,
+        bodies: &RigidBodySet,
+        quarantined: &[RigidBodyHandle],
+    ) {
+        let copies = quarantined
             .iter()
             .filter_map(|handle| Some((*handle, bodies.get(*handle)?.clone())));
-        self.condemned.extend(copies);
+        self.quarantined.extend(copies);
     }
 
     /// Chooses witnesses among the recorded bodies, evenly spread; if there is none, the first active body that
@@ -216,7 +220,7 @@ impl Stepped {
     /// Takes back everything that was written.
     pub(crate) fn take_back(&self, bodies: &mut RigidBodySet) {
         self.before.take_back(bodies);
-        for (handle, was) in &self.condemned {
+        for (handle, was) in &self.quarantined {
             if let Some(body) = bodies.get_mut(*handle) {
                 body.set_enabled(true);
                 body.copy_from(was);

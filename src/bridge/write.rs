@@ -2,7 +2,7 @@
 
 use super::constrained::Constraints;
 use super::world::WorldMut;
-use crate::integrate::{Arrived, Load, Motions, Redone, StepWarning, TurnAfter, VelocityUpdate};
+use crate::integrate::{Arrived, Load, Motions, Retried, StepWarning, TurnAfter, VelocityUpdate};
 use crate::math::{
     ColliderHandle, ColliderSet, DVec3, Pose, Real, RigidBodyHandle, RigidBodySet, Vector,
     from_dvec3, to_dquat,
@@ -50,9 +50,9 @@ impl VelocityUpdate {
 pub(crate) fn place(
     bodies: &mut RigidBodySet,
     colliders: &mut ColliderSet,
-    redone: &[Redone],
+    retried: &[Retried],
 ) -> usize {
-    for now in redone {
+    for now in retried {
         let Some(body) = bodies.get_mut(now.body) else {
             continue;
         };
@@ -60,10 +60,10 @@ pub(crate) fn place(
         body.set_linvel(now.linvel, false);
         body.set_angvel(now.angvel, false);
     }
-    if !redone.is_empty() {
+    if !retried.is_empty() {
         bodies.propagate_modified_body_positions_to_colliders(colliders);
     }
-    redone.len()
+    retried.len()
 }
 
 /// Adds wrenches to the users' forces, which are recorded in `overrides`.

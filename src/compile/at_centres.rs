@@ -31,7 +31,7 @@ impl AtCentres {
             if instances > MOST || !batch.acts_at_centres() {
                 return None;
             }
-            if batch.how.sampling != Sampling::Centre {
+            if batch.sampling_rule.sampling != Sampling::Centre {
                 bodies = AtCentres::Balls;
             }
         }
@@ -48,7 +48,7 @@ impl AtCentres {
             if instances > MOST || !solved || !program.acts_at_centres() {
                 return None;
             }
-            if program.how.sampling != Sampling::Centre {
+            if program.sampling_rule.sampling != Sampling::Centre {
                 bodies = AtCentres::Balls;
             }
         }
@@ -64,17 +64,17 @@ impl RadialBatch {
         let Weighting {
             groups, coupling, ..
         } = &self.weighting;
-        is_sampled_once(self.how) && groups.is_none() && is_of_mass(coupling)
+        is_sampled_once(self.sampling_rule) && groups.is_none() && is_of_mass(coupling)
     }
 }
 
 /// Returns true if a body of one ball is sampled at its centre only, whatever the properties of its collider.
-fn is_sampled_once(how: SamplingRule) -> bool {
-    let spares_balls = match how.sampling {
+fn is_sampled_once(rule: SamplingRule) -> bool {
+    let spares_balls = match rule.sampling {
         Sampling::Centre | Sampling::Parts => true,
-        _ => how.auto,
+        _ => rule.auto,
     };
-    spares_balls && how.cuts == Cuts::Never && !how.apart
+    spares_balls && rule.cuts == Cuts::Never && !rule.apart
 }
 
 /// Returns true if the coupling depends on no property of a body but its mass.
@@ -89,7 +89,7 @@ impl Program {
     /// Returns true if it can be evaluated at centres of mass, where bodies allow it.
     fn acts_at_centres(&self) -> bool {
         let of_mass = |leaf: &Field| is_of_mass(&leaf.coupling) && leaf.groups.is_none();
-        is_sampled_once(self.how)
+        is_sampled_once(self.sampling_rule)
             && self.in_lanes
             && !self.reacts
             && self.leaves.iter().all(of_mass)

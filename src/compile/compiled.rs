@@ -1,4 +1,4 @@
-//! The compiled form of a set: constants, radial batches, programs and detection fields, with facts about them.
+//! The compiled form of a set: constants, radial batches, programs and detection fields, with flags about them.
 
 use std::collections::HashMap;
 use std::hash::BuildHasherDefault;
@@ -7,11 +7,11 @@ use super::anchors::Anchors;
 use super::at_centres::AtCentres;
 use super::entries::{ConstantField, DetectionField, RadialBatch, RadialKey};
 use super::extent::Extent;
-use super::facts::{FactCounts, Facts};
 use super::ordered::{Key, Ordered};
 use super::program::Program;
+use super::program_index::ProgramIndex;
 use super::requirements::SamplingRequirements;
-use super::roster::Roster;
+use super::term_flags::{FlagCounts, TermFlags};
 use crate::field::{Anchor, FieldSet, Fingerprint, Sampling};
 
 /// A set of fields, ready for evaluation. It follows the changes of the set.
@@ -27,7 +27,7 @@ pub(crate) struct Compiled {
     pub constants: Vec<ConstantField>,
     pub radials: Ordered<RadialBatch>,
     pub programs: Ordered<Program>,
-    pub roster: Roster,
+    pub program_index: ProgramIndex,
     pub detectors: Vec<DetectionField>,
     /// The revision of the set at the latest change of detection fields.
     pub detectors_revision: u64,
@@ -55,9 +55,9 @@ pub(crate) struct Compiled {
     pub at_centres: Option<AtCentres>,
 
     pub(super) terms: HashMap<Key, TermRecord, BuildHasherDefault<Fingerprint>>,
-    pub(super) tally: FactCounts,
+    pub(super) flag_counts: FlagCounts,
     pub(super) radial_ids: HashMap<RadialKey, u32>,
-    /// The numbers of programs, by [`Program::likeness`].
+    /// The numbers of programs, by [`Program::dedup_key`].
     pub(super) alike: HashMap<u64, Vec<u32>, BuildHasherDefault<Fingerprint>>,
     pub(super) extent: Extent,
     pub(super) detectors_changed: bool,
@@ -66,7 +66,7 @@ pub(crate) struct Compiled {
 /// The parts of the compiled form that one term contributes to.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct TermRecord {
-    pub facts: Facts,
+    pub flags: TermFlags,
     pub radial: Option<u32>,
     pub program: Option<u32>,
     pub constants: bool,
@@ -76,7 +76,7 @@ pub(super) struct TermRecord {
 impl Compiled {
     /// Returns true if any force differs from place to place, and so may be stiff.
     pub(crate) fn varies(&self) -> bool {
-        self.tally.any(Facts::VARIES)
+        self.flag_counts.any(TermFlags::VARIES)
     }
 
     /// The anchors on bodies and colliders of fields that have a force. Wrenches depend on no other moving anchors.

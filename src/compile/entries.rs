@@ -11,7 +11,7 @@ pub(crate) struct RadialKey {
     pub law: [u64; 7],
     pub range: u64,
     pub weighting: Weighting,
-    pub how: SamplingRule,
+    pub sampling_rule: SamplingRule,
 }
 
 /// The factors by which the vector of a field becomes a force on a sample, and the conditions under which the
@@ -73,7 +73,7 @@ pub(crate) struct RadialBatch {
     /// Radius of the ball within which the fields act; without one they act everywhere.
     pub range: Option<Real>,
     pub weighting: Weighting,
-    pub how: SamplingRule,
+    pub sampling_rule: SamplingRule,
     pub sources: Vec<RadialSource>,
     /// The term of each source.
     pub serials: Vec<Key>,

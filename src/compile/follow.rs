@@ -4,11 +4,11 @@ use super::at_centres::AtCentres;
 use super::compiled::{Compiled, TermRecord};
 use super::entries::{ConstantField, DetectionField, RadialBatch, RadialSource};
 use super::extent::{bound, of_instances, of_sources};
-use super::facts::Facts;
 use super::index_kind::IndexKind;
 use super::lower::{Lowered, Lowering};
 use super::ordered::{Key, places_of};
 use super::program::Program;
+use super::term_flags::TermFlags;
 use crate::field::{Change, FieldSet, Sampling, Term};
 
 impl Compiled {
@@ -61,7 +61,7 @@ impl Compiled {
         let lowered = term.map_or_else(Lowered::default, |term| self.lower(set, term));
         let before = self.terms.remove(&serial).unwrap_or_default();
         let mut after = TermRecord {
-            facts: lowered.facts,
+            flags: lowered.flags,
             radial: None,
             program: None,
             constants: !lowered.constants.is_empty(),
@@ -94,7 +94,7 @@ impl Compiled {
         if before.detectors || after.detectors {
             self.put_detectors(serial, lowered.detectors, after.program);
         }
-        self.tally.replace(before.facts, after.facts);
+        self.flag_counts.replace(before.flags, after.flags);
         if term.is_some() {
             self.terms.insert(serial, after);
         }
@@ -168,7 +168,7 @@ impl Compiled {
 
     /// The number of the program to which instances of `program` can be added, if there is one.
     fn home_of(&self, program: &Program) -> Option<u32> {
-        let numbers = self.alike.get(&program.likeness)?;
+        let numbers = self.alike.get(&program.dedup_key)?;
         let like = |number: &&u32| {
             let known = self.programs.get(**number);
             known.is_some_and(|known| known.is_like(program))
@@ -188,10 +188,11 @@ impl Compiled {
             self.put_instances(set, serial, number, Some(program));
             return number;
         }
-        let likeness = program.likeness;
+        let dedup_key = program.dedup_key;
         let number = self.programs.add(program);
-        self.alike.entry(likeness).or_default().push(number);
-        self.roster.note(number, serial, self.programs.get(number));
+        self.alike.entry(dedup_key).or_default().push(number);
+        self.program_index
+            .note(number, serial, self.programs.get(number));
         number
     }
 
@@ -205,32 +206,34 @@ impl Compiled {
             program.instances.moving -= old.moves(program.stride(), anchors);
             old.anchors().for_each(|anchor| anchors.release(anchor));
             program.follow_first(set);
-            program.instances.is_empty().then_some(program.likeness)
+            program.instances.is_empty().then_some(program.dedup_key)
         });
-        if let Some(Some(likeness)) = emptied {
+        if let Some(Some(dedup_key)) = emptied {
             self.programs.remove(number);
-            if let Some(numbers) = self.alike.get_mut(&likeness) {
+            if let Some(numbers) = self.alike.get_mut(&dedup_key) {
                 numbers.retain(|known| *known != number);
                 if numbers.is_empty() {
-                    self.alike.remove(&likeness);
+                    self.alike.remove(&dedup_key);
                 }
             }
         }
-        self.roster.note(number, serial, self.programs.get(number));
+        self.program_index
+            .note(number, serial, self.programs.get(number));
     }
 
     /// Updates the properties that depend on all terms.
     fn end(&mut self, set: &FieldSet) {
-        let tally = &self.tally;
-        self.requirements = tally.wanted();
+        let flag_counts = &self.flag_counts;
+        self.requirements = flag_counts.wanted();
         self.requirements.parts |= !self.overrides.is_empty();
-        self.reads_velocity = tally.any(Facts::READS_VELOCITY);
-        self.reads_velocity_otherwise = tally.any(Facts::READS_VELOCITY_OTHERWISE);
-        self.ignores_velocity_in_part = tally.any(Facts::IGNORES_VELOCITY);
-        self.reads_time = tally.any(Facts::READS_TIME);
-        self.reads_user_axes = tally.any(Facts::READS_USER_AXES);
-        self.torque_possible = tally.any(Facts::TURNS) || !self.overrides.is_empty();
-        self.is_static = !tally.any(Facts::MOVES) && !tally.any(Facts::READS_TIME);
+        self.reads_velocity = flag_counts.any(TermFlags::READS_VELOCITY);
+        self.reads_velocity_otherwise = flag_counts.any(TermFlags::READS_VELOCITY_OTHERWISE);
+        self.ignores_velocity_in_part = flag_counts.any(TermFlags::IGNORES_VELOCITY);
+        self.reads_time = flag_counts.any(TermFlags::READS_TIME);
+        self.reads_user_axes = flag_counts.any(TermFlags::READS_USER_AXES);
+        self.torque_possible = flag_counts.any(TermFlags::TURNS) || !self.overrides.is_empty();
+        self.is_static =
+            !flag_counts.any(TermFlags::MOVES) && !flag_counts.any(TermFlags::READS_TIME);
         // Instances share a program with masks only if they have detection fields, too.
         if std::mem::take(&mut self.detectors_changed) {
             self.place_masks();
@@ -241,7 +244,7 @@ impl Compiled {
                 .renew(&self.radials, &self.programs, &self.anchors);
         }
         let alone = self.detectors.is_empty() && self.overrides.is_empty();
-        let moves = self.tally.any(Facts::MOVES);
+        let moves = self.flag_counts.any(TermFlags::MOVES);
         let still = alone && !moves;
         let radials = self.radials.iter().map(|(_, batch)| batch);
         // Eight neighbouring samples open the same cells, so a wrench depends on other bodies.

@@ -5,9 +5,9 @@ use super::entries::{
     ConstantField, DetectionField, FieldMask, RadialBatch, RadialKey, RadialSource, SourceLog,
     Weighting,
 };
-use super::facts::Facts;
 use super::program::Program;
 use super::requirements::SamplingRequirements;
+use super::term_flags::TermFlags;
 use crate::field::{
     Anchor, ContactLaw, Coupling, Cuts, Field, Formula, Modifier, Node, Nodes, Radial, Sampling,
     SamplingRule,
@@ -17,7 +17,7 @@ use crate::math::{Real, Vector, to_f64};
 /// The compiled parts of one term. Its sources belong to at most one batch, its instances to one program.
 #[derive(Debug, Default)]
 pub(super) struct Lowered {
-    pub facts: Facts,
+    pub flags: TermFlags,
     pub constants: Vec<ConstantField>,
     pub radial: Option<RadialBatch>,
     pub program: Option<Program>,
@@ -42,7 +42,7 @@ impl Lowering<'_> {
             Node::Leaf(_) => vec![root],
             _ => self.nodes.below(root),
         };
-        self.lowered.facts = Facts::of_nodes(self.nodes, &below);
+        self.lowered.flags = TermFlags::of_nodes(self.nodes, &below);
         match self.nodes.get(root) {
             Node::Leaf(field) => {
                 let moved = field.at_its_region();
@@ -64,46 +64,46 @@ impl Lowering<'_> {
     fn finish(mut self) -> Lowered {
         let lowered = &mut self.lowered;
         if let Some(batch) = &lowered.radial {
-            let facts = &mut lowered.facts;
-            facts.require(&SamplingRequirements::of_batch(batch));
-            facts.set(Facts::TURNS);
-            facts.set(Facts::VARIES);
-            facts.set_if(Facts::UNBOUNDED, batch.range.is_none());
+            let flags = &mut lowered.flags;
+            flags.require(&SamplingRequirements::of_batch(batch));
+            flags.set(TermFlags::TURNS);
+            flags.set(TermFlags::VARIES);
+            flags.set_if(TermFlags::UNBOUNDED, batch.range.is_none());
         }
         if let Some(program) = lowered.program.as_ref().filter(|program| program.has_force) {
-            let facts = &mut lowered.facts;
-            facts.require(&SamplingRequirements::of_program(program));
-            let how = program.how;
-            let at_centres = how.sampling == Sampling::Centre && how.cuts == Cuts::Never;
+            let flags = &mut lowered.flags;
+            flags.require(&SamplingRequirements::of_program(program));
+            let rule = program.sampling_rule;
+            let at_centres = rule.sampling == Sampling::Centre && rule.cuts == Cuts::Never;
             // A reaction acts on the carrier at the place of the sample, off the carrier's centre of mass.
-            facts.set_if(Facts::TURNS, !at_centres || program.reacts);
-            facts.set(Facts::VARIES);
-            facts.set_if(Facts::UNBOUNDED, program.reach.is_none());
+            flags.set_if(TermFlags::TURNS, !at_centres || program.reacts);
+            flags.set(TermFlags::VARIES);
+            flags.set_if(TermFlags::UNBOUNDED, program.reach.is_none());
             let otherwise = program.reads_velocity && program.as_drag().is_none();
-            facts.set_if(Facts::READS_VELOCITY_OTHERWISE, otherwise);
+            flags.set_if(TermFlags::READS_VELOCITY_OTHERWISE, otherwise);
         }
         let mut answers = lowered.detectors.iter();
         let answers = answers.any(|detector| detector.law != ContactLaw::Observe);
-        lowered.facts.set_if(Facts::TURNS, answers);
+        lowered.flags.set_if(TermFlags::TURNS, answers);
         lowered
-            .facts
-            .set_if(Facts::UNBOUNDED, !lowered.constants.is_empty());
+            .flags
+            .set_if(TermFlags::UNBOUNDED, !lowered.constants.is_empty());
         self.lowered
     }
 
     /// Lowers a field that is a term by itself, or one instance of such a field.
     fn leaf(&mut self, place: u32, field: &Field, instance: &Anchor) {
         if !field.enabled || field.lifetime.steps == Some(0) {
-            self.lowered.facts.set(Facts::LEFT_OUT);
+            self.lowered.flags.set(TermFlags::LEFT_OUT);
             return;
         }
         let anchor = field.anchor.within(instance);
         let everywhere = field.region.is_everywhere();
         let range = field.region.as_centred_ball();
         let bare = field.scale.is_none() && field.limit.is_none() && !field.reacts;
-        let how = self.nodes.how(place);
+        let rule = self.nodes.sampling_rule(place);
         // Only programs are sampled once per body.
-        let in_batch = how.sampling != Sampling::Centre && !field.coupling.reads_frame();
+        let in_batch = rule.sampling != Sampling::Centre && !field.coupling.reads_frame();
         match &field.formula {
             Formula::Contact(law)
                 if everywhere
@@ -116,14 +116,14 @@ impl Lowering<'_> {
                 self.detector(place, 0, &anchor, *law, None);
             }
             formula if formula.is_zero() || field.strength == 0.0 && !field.is_contact() => {
-                self.lowered.facts.set(Facts::LEFT_OUT);
+                self.lowered.flags.set(TermFlags::LEFT_OUT);
             }
             Formula::Uniform(law)
                 if everywhere
                     && field.lifetime.is_timeless()
                     && bare
-                    && how.sampling == Sampling::Centre
-                    && !(how.overridable && self.by_surface)
+                    && rule.sampling == Sampling::Centre
+                    && !(rule.overridable && self.by_surface)
                     && field.acts_at_centre()
                     && anchor == Anchor::WORLD =>
             {
@@ -136,7 +136,7 @@ impl Lowering<'_> {
             }
             // A batch computes the weight of a sample once for all of its sources.
             Formula::Radial(radial) if (everywhere || range.is_some()) && bare && in_batch => {
-                self.radial(place, how, field, radial, range, &anchor);
+                self.radial(place, rule, field, radial, range, &anchor);
             }
             _ => self.instance_of_leaf(place, field, &anchor),
         }
@@ -145,7 +145,7 @@ impl Lowering<'_> {
     fn radial(
         &mut self,
         leaf: u32,
-        how: SamplingRule,
+        rule: SamplingRule,
         field: &Field,
         radial: &Radial,
         range: Option<Real>,
@@ -159,7 +159,7 @@ impl Lowering<'_> {
                 law: law.bits(),
                 range: range.map_or(u64::MAX, |range| to_f64(range).to_bits()),
                 weighting: weighting.clone(),
-                how,
+                sampling_rule: rule,
             };
             RadialBatch {
                 key,
@@ -167,7 +167,7 @@ impl Lowering<'_> {
                 prototype: field.clone(),
                 range,
                 weighting,
-                how,
+                sampling_rule: rule,
                 sources: Vec::new(),
                 serials: Vec::new(),
                 on_colliders: 0,
@@ -208,7 +208,7 @@ impl Lowering<'_> {
         let (program, places) = Program::lower(self.nodes, node);
         // Without leaves there is nothing to evaluate: all of its fields were removed.
         if program.leaves.is_empty() {
-            self.lowered.facts.set(Facts::LEFT_OUT);
+            self.lowered.flags.set(TermFlags::LEFT_OUT);
             return;
         }
         let centre = instances.map(|_| Anchor::WORLD);

@@ -5,9 +5,9 @@ use std::fmt;
 use super::compiled::Compiled;
 use super::cost;
 use super::entries::{ConstantField, RadialBatch};
-use super::facts::Facts;
 pub use super::index_kind::IndexKind;
 use super::program::Program;
+use super::term_flags::TermFlags;
 use crate::field::{Coupling, Cuts, Field, FieldSet, Node, Points, Sampling, SamplingRule, Term};
 
 /// The way in which a tree is evaluated, and the fields that were left out. Its `Display` is a short report.
@@ -60,13 +60,13 @@ pub struct PlanEntry {
 }
 
 impl PlanEntry {
-    fn of(how: SamplingRule) -> Self {
-        let sampling = match how.cuts {
-            Cuts::Never => how.sampling,
+    fn of(rule: SamplingRule) -> Self {
+        let sampling = match rule.cuts {
+            Cuts::Never => rule.sampling,
             Cuts::Bodies => Sampling::Centre,
             Cuts::Shares | Cuts::Parts => Sampling::Parts,
         };
-        let points = SamplingRule { sampling, ..how }.points();
+        let points = SamplingRule { sampling, ..rule }.points();
         let samples_of_a_cube = match points {
             None => 1,
             Some(Points::Volume) => 27,
@@ -78,8 +78,8 @@ impl PlanEntry {
             count: 0,
             index: IndexKind::None,
             sampling,
-            spares_balls: how.auto && points.is_some(),
-            cuts_at_borders: how.cuts != Cuts::Never,
+            spares_balls: rule.auto && points.is_some(),
+            cuts_at_borders: rule.cuts != Cuts::Never,
             samples_of_a_cube,
             cost: 0.0,
         }
@@ -130,7 +130,7 @@ impl PlanEntry {
             count: batch.sources.len(),
             cost: cost::of_batch(batch),
             index: batch.index_kind(),
-            ..PlanEntry::of(batch.how)
+            ..PlanEntry::of(batch.sampling_rule)
         }
     }
 
@@ -144,7 +144,7 @@ impl PlanEntry {
             count: program.instances.len(),
             cost: cost::of_program(program),
             index: program.index_kind(),
-            ..PlanEntry::of(program.how)
+            ..PlanEntry::of(program.sampling_rule)
         }
     }
 }
@@ -223,7 +223,7 @@ impl Compiled {
         let mut told: Vec<(String, usize)> = Vec::new();
         for term in set.terms() {
             let record = self.terms.get(&term.serial);
-            if !record.is_some_and(|record| record.facts.holds(Facts::LEFT_OUT)) {
+            if !record.is_some_and(|record| record.flags.holds(TermFlags::LEFT_OUT)) {
                 continue;
             }
             let (what, count) = left_out(set, *term);

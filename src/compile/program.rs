@@ -21,10 +21,10 @@ pub(crate) struct Program {
     pub modifiers: Vec<Modifier>,
     pub instances: Instances,
     /// A hash: equal for programs that are alike, and rarely equal for others.
-    pub likeness: u64,
+    pub dedup_key: u64,
     /// No instance acts farther than this from its centre; `None` if there is no such bound.
     pub reach: Option<Real>,
-    pub how: SamplingRule,
+    pub sampling_rule: SamplingRule,
     /// True if the opposite force acts on the body that carries the fields.
     pub reacts: bool,
     /// True if any leaf can give a force; otherwise the program only masks detection fields.
@@ -97,9 +97,9 @@ impl Program {
             modifiers: Vec::new(),
             modes: Vec::new(),
             instances: Instances::default(),
-            likeness: 0,
+            dedup_key: 0,
             reach: None,
-            how: nodes.how(root),
+            sampling_rule: nodes.sampling_rule(root),
             has_force: false,
             reacts: false,
             in_lanes: false,
@@ -120,13 +120,13 @@ impl Program {
         (program, places.leaves)
     }
 
-    /// Sets its reach and likeness. The reach is measured from `centre`, or else from the anchor of the first
+    /// Sets its reach and its deduplication key. The reach is measured from `centre`, or else from the anchor of the first
     /// field.
     pub(crate) fn about(mut self, centre: Option<Anchor>, nodes: Nodes<'_>, root: u32) -> Self {
         let first = self.leaves.first().map(|leaf| leaf.anchor);
         let centre = centre.or(first).unwrap_or_default();
         self.reach = reach(nodes, root, &centre).map(rounded_up);
-        self.likeness = self.print();
+        self.dedup_key = self.print();
         self
     }
 
@@ -144,7 +144,7 @@ impl Program {
         self.steps == other.steps
             && self.leaves.len() == other.leaves.len()
             && self.modifiers.len() == other.modifiers.len()
-            && self.how == other.how
+            && self.sampling_rule == other.sampling_rule
             && self.reach == other.reach
             && self.modes == other.modes
             && self.leaves.iter().zip(&other.leaves).all(like)
@@ -169,7 +169,7 @@ impl Program {
         let alone = self.is_one_field();
         self.steps.hash(&mut print);
         for leaf in &self.leaves {
-            print.write_u64(leaf.likeness());
+            print.write_u64(leaf.dedup_key());
             if !alone {
                 print.write_u64(to_f64(leaf.strength + 0.0).to_bits());
             }

@@ -3,7 +3,7 @@
 use super::anchors::NO_ANCHOR;
 use super::compiled::Compiled;
 use super::extent::Bounds;
-use super::facts::Facts;
+use super::term_flags::TermFlags;
 use crate::field::{Anchor, Frame, Frames};
 use crate::math::{Real, Vector};
 use crate::rapier::parry::bounding_volume::Aabb;
@@ -51,7 +51,7 @@ impl Compiled {
     /// A bound of the places where any force can act, with the anchors at their places in `world`. Looks up
     /// only anchors on bodies and colliders.
     pub(crate) fn reach(&self, world: &impl Frames) -> FieldReach {
-        if self.tally.any(Facts::UNBOUNDED) {
+        if self.flag_counts.any(TermFlags::UNBOUNDED) {
             return FieldReach::Everywhere;
         }
         self.reach_beside(self.extent.still, world, |_| true)
@@ -100,7 +100,7 @@ impl Compiled {
             let ids = batch.sources.iter().map(|source| source.anchor);
             ids.map(move |id| (id, range))
         });
-        let programs = self.roster.moving().iter();
+        let programs = self.program_index.moving().iter();
         let programs = programs.filter_map(|number| self.programs.get(*number));
         let instances = programs.flat_map(|program| {
             // Without a bound, fields beside the centre may be those that move.

@@ -33,30 +33,30 @@ pub(crate) enum PartSampling {
 impl SamplingRequirements {
     pub(super) fn of_batch(batch: &RadialBatch) -> Self {
         let mut wanted = SamplingRequirements::default();
-        wanted.add(batch.how);
+        wanted.add(batch.sampling_rule);
         wanted
     }
 
     pub(super) fn of_program(program: &Program) -> Self {
         let mut wanted = SamplingRequirements::default();
         if program.has_force {
-            wanted.add(program.how);
+            wanted.add(program.sampling_rule);
             wanted.points = wanted.has_many();
             wanted.displaced |= program.displaces();
         }
         wanted
     }
 
-    fn add(&mut self, how: SamplingRule) {
-        self.pieces |= how.cuts != Cuts::Never;
-        self.apart |= how.sampling == Sampling::Centre && how.apart;
-        self.parts |= how.sampling != Sampling::Centre || self.pieces || self.apart;
-        let cut = if how.auto {
+    fn add(&mut self, rule: SamplingRule) {
+        self.pieces |= rule.cuts != Cuts::Never;
+        self.apart |= rule.sampling == Sampling::Centre && rule.apart;
+        self.parts |= rule.sampling != Sampling::Centre || self.pieces || self.apart;
+        let cut = if rule.auto {
             PartSampling::AllButBalls
         } else {
             PartSampling::All
         };
-        if let Some(points) = how.points() {
+        if let Some(points) = rule.points() {
             let known = &mut self.several[points as usize];
             *known = cut.max(*known);
         }

@@ -38,7 +38,7 @@ struct JointedBodies {
 /// A collider that was given hook bits.
 #[derive(Clone, Copy, Debug)]
 #[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
-struct Told {
+struct HookedCollider {
     collider: ColliderHandle,
     /// The hook bits that the user had set on it.
     own: ActiveHooks,
@@ -50,14 +50,14 @@ struct Told {
 /// The colliders that were given hook bits, in the order of their handles.
 #[derive(Clone, Debug, Default)]
 #[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
-pub(crate) struct Listening(Vec<Told>);
+pub(crate) struct Listening(Vec<HookedCollider>);
 
 impl Listening {
     fn place(&self, collider: ColliderHandle) -> Result<usize, usize> {
         let key = collider.into_raw_parts();
-        let of = |told: &Told| told.collider.into_raw_parts();
+        let of = |hooked: &HookedCollider| hooked.collider.into_raw_parts();
         // The entries are usually consecutive indices, so the place is guessed before it is searched.
-        let first = self.0.first().map_or(0, |told| of(told).0);
+        let first = self.0.first().map_or(0, |hooked| of(hooked).0);
         let guess = key.0.wrapping_sub(first) as usize;
         if self.0.get(guess).map(of) == Some(key) {
             return Ok(guess);
@@ -75,7 +75,7 @@ impl Listening {
 
     /// Records that a collider was given hook bits, and the bits it had before.
     pub(crate) fn add(&mut self, collider: ColliderHandle, own: ActiveHooks) {
-        let told = Told {
+        let hooked = HookedCollider {
             collider,
             own,
             leaving: false,
@@ -83,14 +83,14 @@ impl Listening {
         match self.place(collider) {
             // The recorded bits stay those from before the fields were added, unless the user has set them anew.
             Ok(place) => self.0[place].leaving = false,
-            Err(place) => self.0.insert(place, told),
+            Err(place) => self.0.insert(place, hooked),
         }
     }
 
     /// Keeps the bits of all colliders for one more step, because Rapier made no step since they were marked as
     /// leaving.
     pub(crate) fn stay(&mut self) {
-        self.0.iter_mut().for_each(|told| told.leaving = false);
+        self.0.iter_mut().for_each(|hooked| hooked.leaving = false);
     }
 
     /// Removes the colliders that have needed no hook for two calls in a row, and returns them with the bits to
@@ -100,11 +100,11 @@ impl Listening {
         wanted: impl Fn(ColliderHandle) -> ActiveHooks,
     ) -> Vec<(ColliderHandle, ActiveHooks)> {
         let mut free = Vec::new();
-        self.0.retain_mut(|told| {
-            let left = std::mem::replace(&mut told.leaving, wanted(told.collider).is_empty());
-            let go = left && told.leaving;
+        self.0.retain_mut(|hooked| {
+            let left = std::mem::replace(&mut hooked.leaving, wanted(hooked.collider).is_empty());
+            let go = left && hooked.leaving;
             if go {
-                free.push((told.collider, told.own));
+                free.push((hooked.collider, hooked.own));
             }
             !go
         });
@@ -113,7 +113,7 @@ impl Listening {
 
     /// Returns true if [`Self::release`] would change anything.
     pub(crate) fn any_free(&self, wanted: impl Fn(ColliderHandle) -> ActiveHooks) -> bool {
-        let free = |told: &Told| told.leaving || wanted(told.collider).is_empty();
+        let free = |hooked: &HookedCollider| hooked.leaving || wanted(hooked.collider).is_empty();
         self.0.iter().any(free)
     }
 }
@@ -197,9 +197,9 @@ impl Claims {
 
     /// The resting threshold of a body under any law of this world: a contact with it that approaches more slowly is no
     /// impact, whatever accelerates the other body.
-    pub(super) fn slow(&self, starts: &Starts, body: RigidBodyHandle) -> Real {
+    pub(super) fn resting_speed(&self, starts: &Starts, body: RigidBodyHandle) -> Real {
         let restitution = if self.lossless { 1.0 } else { 0.0 };
-        starts.slow(ContactLaw::restitution(restitution), [Some(body), None])
+        starts.resting_speed(ContactLaw::restitution(restitution), [Some(body), None])
     }
 
     /// Returns true if Rapier calls `modify_solver_contacts` for a collider that fields claim.

@@ -85,7 +85,7 @@ impl Sweep {
         let rest = Rest {
             tracks: event.tracks,
             spots,
-            slow: slow(pair, world),
+            resting_speed: resting_speed(pair, world),
             bearable: bearable(pair, world),
         };
         self.resting.insert(event.parts, rest);
@@ -106,17 +106,19 @@ impl Sweep {
                 let [one, two] = [a, b].map(|it| it.point_velocity(batch[0].time, spot.point));
                 (one - two).dot(spot.normal)
             };
-            rest.spots.iter().all(|spot| approach(spot) <= rest.slow)
+            rest.spots
+                .iter()
+                .all(|spot| approach(spot) <= rest.resting_speed)
         });
     }
 }
 
 /// The resting threshold of two parts.
-fn slow(pair: [MovingShape<'_>; 2], world: &SweptWorld<'_, impl Lookup>) -> f64 {
+fn resting_speed(pair: [MovingShape<'_>; 2], world: &SweptWorld<'_, impl Lookup>) -> f64 {
     let parts = pair.map(|shape| &shape.member.part);
     let law = combined(parts.map(|part| part.law));
     let bodies = parts.map(|part| part.body);
-    law.map_or(0.0, |law| to_f64(world.starts.slow(law, bodies)))
+    law.map_or(0.0, |law| to_f64(world.starts.resting_speed(law, bodies)))
 }
 
 /// The way of two parts into each other that does not disturb their rest: that of a step at the resting threshold, and
@@ -125,5 +127,5 @@ fn bearable(pair: [MovingShape<'_>; 2], world: &SweptWorld<'_, impl Lookup>) -> 
     let rebound = to_f64(world.starts.rebound());
     let thin = pair[0].member.thickness.min(pair[1].member.thickness);
     let most = (OF_THICKNESS * thin).max(LEAST * rebound);
-    (slow(pair, world) * world.dt + rebound).min(most)
+    (resting_speed(pair, world) * world.dt + rebound).min(most)
 }

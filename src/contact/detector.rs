@@ -7,7 +7,7 @@ use super::approach::approach_speed;
 use super::discrete::{Discrete, FoundContacts};
 use super::field_contact::FieldContact;
 use super::field_mask::{At, DetectionFields, FieldMasks};
-use super::hooks::Verdicts;
+use super::hooks::PairOutcomes;
 use super::meet::next_touch;
 use super::modes::Detection;
 use super::resting::HeldPairs;
@@ -53,7 +53,7 @@ pub(crate) struct SweptStep<'a, A> {
     /// Returns true if the fields answer a contact.
     pub answers: A,
     /// The decisions of the hooks on claimed pairs during Rapier's step.
-    pub verdicts: &'a Verdicts,
+    pub outcomes: &'a PairOutcomes,
     /// The pairs that Rapier answers until they separate.
     pub given: &'a Pairs,
     /// See [`FieldSettings::swept_work`](crate::pipeline::FieldSettings::swept_work).
@@ -124,7 +124,7 @@ impl Detector {
             masks: guarded.then_some(&mut self.masks),
             starts: &self.starts,
             answers: &step.answers,
-            verdicts: step.verdicts,
+            outcomes: step.outcomes,
             given: step.given,
             work: step.work,
         };
@@ -206,9 +206,9 @@ impl Detector {
         let fields = DetectionFields::new(touch, compiled, moment);
         let mut acts = |pair: &[ColliderHandle; 2]| {
             masks.any_acts(fields, *pair, At::Now)
-                || next_touch(starts, *pair, world).is_some_and(|meeting| {
+                || next_touch(starts, *pair, world).is_some_and(|constraint| {
                     let gained = |body| starts.gained(body);
-                    masks.let_meet(fields, &meeting, gained)
+                    masks.let_meet(fields, &constraint, gained)
                 })
         };
         let pairs = pairs.filter(|pair| !acts(pair));

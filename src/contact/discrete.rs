@@ -100,10 +100,10 @@ impl FoundContacts {
                 return false;
             }
             let lags = contact.bodies.map(|body| starts.behind(body));
-            let slow = 0.5 * starts.slow(law, contact.bodies);
+            let resting_speed = 0.5 * starts.resting_speed(law, contact.bodies);
             let fast = |point: &OverlapPoint| {
                 let [one, two] = [0, 1].map(|it| motions[it].at(point.world_point) + lags[it]);
-                (one - two).dot(point.world_normal) >= slow
+                (one - two).dot(point.world_normal) >= resting_speed
             };
             self.points[points.clone()].iter().any(fast)
         })

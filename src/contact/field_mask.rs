@@ -35,7 +35,7 @@ impl<'a> DetectionFields<'a> {
 /// The samples and anchor frames at which masked detection fields are evaluated.
 #[derive(Debug, Default)]
 pub(super) struct FieldMasks {
-    machine: Interpreter,
+    interpreter: Interpreter,
     samples: Samples,
     frames: Vec<Option<Frame>>,
 }
@@ -107,18 +107,19 @@ impl FieldMasks {
     pub(super) fn let_meet(
         &mut self,
         fields: DetectionFields<'_>,
-        meeting: &NextTouch,
+        constraint: &NextTouch,
         gained: impl Fn(RigidBodyHandle) -> Vector,
     ) -> bool {
         let now = self.frames.clone();
         for frame in self.frames.iter_mut().flatten() {
             let velocity = frame.velocity + frame.body.map_or(Vector::ZERO, &gained);
-            frame.pose.translation += velocity * meeting.time;
-            let turn = Rotation::from_scaled_axis(frame.angvel * meeting.time);
+            frame.pose.translation += velocity * constraint.time;
+            let turn = Rotation::from_scaled_axis(frame.angvel * constraint.time);
             frame.pose.rotation = (turn * frame.pose.rotation).normalize();
         }
-        let mut into = meeting.into.into_iter();
-        let lets = into.any(|into| self.any_acts(fields, meeting.pair, At::Touch(meeting, into)));
+        let mut into = constraint.into.into_iter();
+        let lets =
+            into.any(|into| self.any_acts(fields, constraint.pair, At::Touch(constraint, into)));
         self.frames = now;
         lets
     }
@@ -144,7 +145,7 @@ impl FieldMasks {
         };
         let instance = mask.instance as usize;
         let motion = Motion::of(&query);
-        self.machine
+        self.interpreter
             .contributes(program, mask.leaf, instance, &self.frames, &query, &motion)
     }
 
@@ -154,7 +155,8 @@ impl FieldMasks {
         let outcome = program.and_then(|program| {
             let (instance, frames) = (mask.instance as usize, &self.frames);
             let motion = Motion::of(query);
-            self.machine.run(program, instance, frames, query, &motion)
+            self.interpreter
+                .run(program, instance, frames, query, &motion)
         });
         outcome.map_or(DVec3::ZERO, |outcome| real(outcome.force))
     }

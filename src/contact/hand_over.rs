@@ -1,7 +1,7 @@
 //! Contacts that the fields answer as impacts but that do not separate are handed over to Rapier.
 
 use super::claims::Claims;
-use super::hooks::Verdicts;
+use super::hooks::PairOutcomes;
 use super::rules::{Pairs, in_order};
 use super::{Detector, FieldContact};
 use crate::field::ContactLaw;
@@ -92,12 +92,12 @@ impl HandOver {
         &mut self,
         detector: &Detector,
         claims: &Claims,
-        verdicts: &Verdicts,
+        outcomes: &PairOutcomes,
     ) -> Given {
         let mut given = Given::default();
         let unsound = &detector.not_finite;
         let [overlaps, touches] = [&detector.contacts, &detector.touched];
-        let idle = self.0.is_empty() && verdicts.lifted.is_empty() && unsound.is_empty();
+        let idle = self.0.is_empty() && outcomes.lifted.is_empty() && unsound.is_empty();
         if idle
             && !overlaps
                 .iter()
@@ -113,7 +113,7 @@ impl HandOver {
             let pair = contact.colliders;
             let was = self.of(pair);
             let answered = contact.is_answered() || touched.contains(&pair);
-            let ours = answered || verdicts.lifted.contains(&pair);
+            let ours = answered || outcomes.lifted.contains(&pair);
             if !(ours || was.is_some()) {
                 continue;
             }
@@ -152,7 +152,7 @@ impl HandOver {
             now.push(entry);
         }
         // Rapier's solver still holds these pairs, though they do not overlap.
-        let close = |entry: &&WatchedPair| entry.given && verdicts.held.contains(&entry.pair);
+        let close = |entry: &&WatchedPair| entry.given && outcomes.held.contains(&entry.pair);
         now.extend(self.0.iter().filter(close));
         for pair in unsound.iter().map(|pair| in_order(*pair)) {
             given.not_finite.push(pair);

@@ -17,42 +17,42 @@ use crate::rigid::Lookup;
 
 /// The record of the calls of the hooks in one step, and of their decisions.
 #[derive(Debug, Default)]
-pub(crate) struct Heard {
+pub(crate) struct HookLog {
     /// True once Rapier has called a hook for a claimed pair.
     pub asked: AtomicBool,
-    verdicts: Mutex<Verdicts>,
+    outcomes: Mutex<PairOutcomes>,
     /// True if hidden pairs are recorded.
     notes_hidden: bool,
 }
 
-impl Heard {
+impl HookLog {
     /// An empty record; `notes_hidden` turns on the record of hidden pairs.
     pub(crate) fn new(notes_hidden: bool) -> Self {
-        Heard {
+        HookLog {
             notes_hidden,
-            ..Heard::default()
+            ..HookLog::default()
         }
     }
 
-    /// Adds a pair to one of the lists of verdicts.
-    fn note(&self, pair: [ColliderHandle; 2], list: impl FnOnce(&mut Verdicts) -> &mut Pairs) {
-        let verdicts = self.verdicts.lock();
-        let mut verdicts = verdicts.unwrap_or_else(PoisonError::into_inner);
-        list(&mut verdicts).insert(in_order(pair));
+    /// Adds a pair to one of the lists of outcomes.
+    fn note(&self, pair: [ColliderHandle; 2], list: impl FnOnce(&mut PairOutcomes) -> &mut Pairs) {
+        let outcomes = self.outcomes.lock();
+        let mut outcomes = outcomes.unwrap_or_else(PoisonError::into_inner);
+        list(&mut outcomes).insert(in_order(pair));
     }
 
     /// Takes the decisions out of the record.
-    pub(crate) fn take(&mut self) -> Verdicts {
-        let verdicts = self.verdicts.get_mut();
-        let mut verdicts = std::mem::take(verdicts.unwrap_or_else(PoisonError::into_inner));
+    pub(crate) fn take(&mut self) -> PairOutcomes {
+        let outcomes = self.outcomes.get_mut();
+        let mut outcomes = std::mem::take(outcomes.unwrap_or_else(PoisonError::into_inner));
         // A shape of several pieces may have several manifolds; a pair with any lifted point counts as lifted.
-        let Verdicts { lifted, held, .. } = &mut verdicts;
+        let PairOutcomes { lifted, held, .. } = &mut outcomes;
         held.retain(|pair| !lifted.contains(pair));
-        verdicts
+        outcomes
     }
 }
 
-impl Verdicts {
+impl PairOutcomes {
     /// Adds the claimed pairs that Rapier's solver held without calling the hooks, because their colliders have no hook
     /// bits.
     pub(crate) fn add_unasked(
@@ -83,7 +83,7 @@ impl Verdicts {
 
 /// The decisions on claimed pairs in one step of Rapier's.
 #[derive(Debug, Default)]
-pub(crate) struct Verdicts {
+pub(crate) struct PairOutcomes {
     /// The user's hooks removed the contact: neither side answers it.
     pub vetoed: Pairs,
     /// At least one contact point was lifted off Rapier's solver: the contact is an impact, even if it becomes slow
@@ -113,7 +113,7 @@ pub struct StepHooks<'a> {
     pub(crate) released: &'a Pairs,
     /// Pairs that the fields have handed over to Rapier until they separate.
     pub(crate) given: &'a Pairs,
-    pub(crate) heard: &'a Heard,
+    pub(crate) log: &'a HookLog,
     pub(crate) user: &'a dyn PhysicsHooks,
 }
 
@@ -145,7 +145,7 @@ impl StepHooks<'_> {
         let solves = self.claims.leaves_to_solver(Some(law), handles);
         let has_coefficients = matches!(law, ContactLaw::Impulse { .. });
         if solves && !has_coefficients {
-            return self.heard.note(pair, |verdicts| &mut verdicts.held);
+            return self.log.note(pair, |outcomes| &mut outcomes.held);
         }
         let deepest = if solves {
             Real::NEG_INFINITY
@@ -160,10 +160,10 @@ impl StepHooks<'_> {
         if manifold.solver_contacts.is_empty() {
             return;
         }
-        let slow = if self.given.contains(&in_order(pair)) {
+        let resting_speed = if self.given.contains(&in_order(pair)) {
             Real::INFINITY
         } else {
-            self.starts.slow(law, handles)
+            self.starts.resting_speed(law, handles)
         };
         let velocity = |which: usize, point| {
             let body = handles[which].and_then(|handle| bodies.get(handle));
@@ -175,7 +175,7 @@ impl StepHooks<'_> {
             let point = (contact.anchor1 + contact.anchor2) * 0.5;
             let closing = (velocity(0, point) - velocity(1, point)).dot(normal);
             // A speed that is infinite or NaN is left to Rapier.
-            let fast = closing.is_finite() && closing.abs() >= slow;
+            let fast = closing.is_finite() && closing.abs() >= resting_speed;
             if !fast {
                 continue;
             }
@@ -191,11 +191,11 @@ impl StepHooks<'_> {
             contact.dist += lift;
             lifted = true;
         }
-        self.heard.note(pair, |verdicts| {
+        self.log.note(pair, |outcomes| {
             if lifted {
-                &mut verdicts.lifted
+                &mut outcomes.lifted
             } else {
-                &mut verdicts.held
+                &mut outcomes.held
             }
         });
         let [restitution, friction] = match law {
@@ -262,13 +262,13 @@ impl PhysicsHooks for StepHooks<'_> {
         } else {
             Some(SolverFlags::COMPUTE_RIGID_IMPULSES)
         };
-        if flags.is_none() && self.heard.notes_hidden {
-            self.heard.note(pair, |verdicts| &mut verdicts.hidden);
+        if flags.is_none() && self.log.notes_hidden {
+            self.log.note(pair, |outcomes| &mut outcomes.hidden);
         }
         if claimed {
-            self.heard.asked.store(true, Ordering::Relaxed);
+            self.log.asked.store(true, Ordering::Relaxed);
             if flags.is_none_or(|flags| flags.is_empty()) {
-                self.heard.note(pair, |verdicts| &mut verdicts.vetoed);
+                self.log.note(pair, |outcomes| &mut outcomes.vetoed);
             }
         }
         // Rapier calls this once more after bodies have moved, for its own continuous collision detection.
@@ -298,7 +298,7 @@ impl PhysicsHooks for StepHooks<'_> {
             self.user.modify_solver_contacts(context);
         }
         if self.claims.law(pair).is_some() {
-            self.heard.asked.store(true, Ordering::Relaxed);
+            self.log.asked.store(true, Ordering::Relaxed);
         }
         let handles = [context.rigid_body1, context.rigid_body2];
         let bodies = handles.map(|handle| context.bodies.get(handle?));
@@ -306,7 +306,7 @@ impl PhysicsHooks for StepHooks<'_> {
             return;
         };
         if found > 0 && count(context) == 0 {
-            self.heard.note(pair, |verdicts| &mut verdicts.vetoed);
+            self.log.note(pair, |outcomes| &mut outcomes.vetoed);
         }
         self.lift_impacts(law, context);
     }

@@ -6,7 +6,7 @@ use super::FieldContact;
 use super::contact_body::ContactBody;
 use super::field_mask::At;
 use super::paper_push::PaperPushes;
-use super::solve::{ContactPoint, Meeting, resolve};
+use super::solve::{ContactConstraint, ContactPoint, resolve};
 use super::sweep::{Event, Sweep, SweepScene};
 use super::swept_body::SweptWorld;
 use super::touch_points::spots;
@@ -22,7 +22,7 @@ struct AnsweredTouch<'a> {
     /// The points at which the parts touch; the first one is the deepest.
     spots: Vec<ContactPoint>,
     /// The range of its points in the list of all that are answered together.
-    meetings: std::ops::Range<usize>,
+    constraints: std::ops::Range<usize>,
 }
 
 impl Sweep {
@@ -42,9 +42,11 @@ impl Sweep {
             self.tracks.list[*number].prepare(world);
         }
         numbers.retain(|number| self.tracks.list[*number].resistance.is_some());
-        let movers = numbers.iter().map(|n| self.tracks.list[*n].mover(time));
-        let mut movers: Vec<ContactBody> = movers.flatten().collect();
-        let mut meetings = Vec::new();
+        let contact_bodies = numbers
+            .iter()
+            .map(|n| self.tracks.list[*n].contact_body(time));
+        let mut contact_bodies: Vec<ContactBody> = contact_bodies.flatten().collect();
+        let mut constraints = Vec::new();
         let mut found = Vec::new();
         let mut known = HashMap::new();
         for event in batch {
@@ -57,26 +59,26 @@ impl Sweep {
                 continue;
             };
             let places = event.tracks.map(|track| numbers.binary_search(&track).ok());
-            let first = meetings.len();
+            let first = constraints.len();
             // All laws but Newton's act once, at the first point.
             let count = match contact.law {
                 ContactLaw::Impulse { .. } => spots.len(),
                 _ => 1,
             };
-            let meeting = |spot| self.meeting(event, spot, &contact, places, scene);
-            meetings.extend(spots[..count].iter().map(meeting));
-            let own = &mut meetings[first..];
+            let constraint = |spot| self.constraint(event, spot, &contact, places, scene);
+            constraints.extend(spots[..count].iter().map(constraint));
+            let own = &mut constraints[first..];
             let sampled = self.sampled(event, &contact, time).map(Some);
             let mut paper = PaperPushes {
                 masks: scene.masks.as_deref_mut(),
                 fields: scene.fields,
                 known,
             };
-            paper.note(&mut own[0], &contact, &movers, sampled);
+            paper.note(&mut own[0], &contact, &contact_bodies, sampled);
             known = paper.known;
             let approach = own
                 .iter()
-                .map(|meeting: &Meeting| meeting.approach(&movers));
+                .map(|constraint: &ContactConstraint| constraint.approach(&contact_bodies));
             let approach = approach.fold(f64::NEG_INFINITY, f64::max);
             contact.approach_speed = from_f64(approach);
             let again =
@@ -89,45 +91,45 @@ impl Sweep {
             let law = own[0].law;
             if law == ContactLaw::Observe {
                 self.settled.insert(event.parts);
-            } else if approach <= own[0].slow {
+            } else if approach <= own[0].resting_speed {
                 // A contact below the resting threshold is held by Rapier, unless it was fast when Rapier's step began.
                 self.rest(event, spots.clone(), world);
-                let falls = scene.verdicts.lifted.contains(&contact.colliders);
+                let falls = scene.outcomes.lifted.contains(&contact.colliders);
                 own.iter_mut()
-                    .for_each(|meeting| meeting.lay_down(falls, &mut movers));
-            } else if self.rests(&own[0], &movers, &spots[0], dt) {
+                    .for_each(|constraint| constraint.lay_down(falls, &mut contact_bodies));
+            } else if self.rests(&own[0], &contact_bodies, &spots[0], dt) {
                 // The contact is answered once more and then rests, so that an endless series of bounces ends.
                 self.rest(event, spots.clone(), world);
             }
-            own.iter_mut().for_each(|meeting| meeting.depth = 0.0);
+            own.iter_mut().for_each(|constraint| constraint.depth = 0.0);
             found.push(AnsweredTouch {
                 contact,
                 event,
                 spots,
-                meetings: first..meetings.len(),
+                constraints: first..constraints.len(),
             });
         }
-        resolve(&mut movers, &mut meetings, 0.0);
+        resolve(&mut contact_bodies, &mut constraints, 0.0);
         for touch in &mut found {
-            self.close(touch, &meetings, &movers, world);
+            self.close(touch, &constraints, &contact_bodies, world);
         }
         contacts.extend(found.into_iter().map(|touch| touch.contact));
-        self.go_on(&numbers, &movers, batch, world);
+        self.go_on(&numbers, &contact_bodies, batch, world);
     }
 
     /// Notes the answer to a touch, and whether its parts rest on each other or may meet endlessly.
     fn close(
         &mut self,
         touch: &mut AnsweredTouch<'_>,
-        meetings: &[Meeting],
-        movers: &[ContactBody],
+        constraints: &[ContactConstraint],
+        contact_bodies: &[ContactBody],
         world: &SweptWorld<'_, impl Lookup>,
     ) {
         let (event, contact) = (touch.event, &mut touch.contact);
-        let own = &meetings[touch.meetings.clone()];
+        let own = &constraints[touch.constraints.clone()];
         own.iter()
-            .for_each(|meeting| contact.add_impulses(meeting.impulses));
-        if own.iter().any(|meeting| meeting.failed) {
+            .for_each(|constraint| contact.add_impulses(constraint.impulses));
+        if own.iter().any(|constraint| constraint.failed) {
             self.not_finite.push(contact.colliders);
         }
         if !contact.is_answered() && !self.resting.contains_key(&event.parts) {
@@ -135,16 +137,16 @@ impl Sweep {
         }
         let approaches = own
             .iter()
-            .map(|it| (it.approach(movers), it.rounding(movers)));
+            .map(|it| (it.approach(contact_bodies), it.rounding(contact_bodies)));
         let approaches = approaches.filter(|(approach, rounding)| approach > rounding);
         let left = approaches.map(|(approach, _)| approach).fold(0.0, f64::max);
         // The solver leaves approaches below the resting threshold. Faster ones are answered again, up to a limit.
-        let slow = own[0].slow;
-        if left > 0.0 && left <= slow {
+        let resting_speed = own[0].resting_speed;
+        if left > 0.0 && left <= resting_speed {
             self.rest(event, std::mem::take(&mut touch.spots), world);
         }
-        let loses_speed = !own.iter().all(|meeting| meeting.law.keeps_speed());
-        if loses_speed || left > slow {
+        let loses_speed = !own.iter().all(|constraint| constraint.law.keeps_speed());
+        if loses_speed || left > resting_speed {
             self.count(event.parts, event.time, world.dt);
         }
     }
@@ -205,14 +207,14 @@ impl Sweep {
         }
     }
 
-    fn meeting(
+    fn constraint(
         &self,
         event: &Event,
         spot: &ContactPoint,
         contact: &FieldContact,
         places: [Option<usize>; 2],
         scene: &SweepScene<'_>,
-    ) -> Meeting {
+    ) -> ContactConstraint {
         let swapped = contact.colliders[0] != self.tracks.parts[event.parts[0]].part.collider;
         let (places, normal) = if swapped {
             ([places[1], places[0]], -spot.normal)
@@ -227,44 +229,44 @@ impl Sweep {
         } else {
             contact.law
         };
-        let slow = to_f64(scene.starts.slow(contact.law, contact.bodies));
-        Meeting::new(law, slow, places, ContactPoint { normal, ..*spot })
+        let resting_speed = to_f64(scene.starts.resting_speed(contact.law, contact.bodies));
+        ContactConstraint::new(law, resting_speed, places, ContactPoint { normal, ..*spot })
     }
 
     /// Returns true if two parts approach so slowly that a whole step takes them no deeper than rounding.
     fn rests(
         &self,
-        meeting: &Meeting,
-        movers: &[ContactBody],
+        constraint: &ContactConstraint,
+        contact_bodies: &[ContactBody],
         spot: &ContactPoint,
         dt: f64,
     ) -> bool {
-        let size = meeting.places.iter().flatten();
-        let size = size.map(|place| (movers[*place].com - spot.point).length());
+        let size = constraint.places.iter().flatten();
+        let size = size.map(|place| (contact_bodies[*place].com - spot.point).length());
         let scale = spot.point.length() + size.fold(0.0, f64::max);
-        meeting.approach(movers) * dt <= to_f64(Real::EPSILON) * scale
+        constraint.approach(contact_bodies) * dt <= to_f64(Real::EPSILON) * scale
     }
 
     /// Puts the bodies that were pushed on their new paths, and predicts their next touches.
     fn go_on(
         &mut self,
         numbers: &[usize],
-        movers: &[ContactBody],
+        contact_bodies: &[ContactBody],
         batch: &[Event],
         world: &SweptWorld<'_, impl Lookup>,
     ) {
         let (time, dt) = (batch[0].time, world.dt);
         let mut pushed = Vec::new();
-        for (number, mover) in numbers.iter().zip(movers) {
-            let sound = mover.linvel.is_finite() && mover.angvel.is_finite();
-            if !(mover.pushed && sound) {
+        for (number, contact_body) in numbers.iter().zip(contact_bodies) {
+            let sound = contact_body.linvel.is_finite() && contact_body.angvel.is_finite();
+            if !(contact_body.pushed && sound) {
                 continue;
             }
             let track = &mut self.tracks.list[*number];
             let body = track.body.and_then(|body| world.world.body(body));
             let free =
                 body.is_some_and(|body| body.is_dynamic() && body.gyroscopic_forces_enabled());
-            track.redirect(mover, free, [time, dt]);
+            track.redirect(contact_body, free, [time, dt]);
             self.work += track.path.turn.pieces() as u64;
             let bounds = track.bounds(time, dt);
             pushed.push(*number);

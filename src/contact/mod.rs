@@ -6,7 +6,6 @@
 //! `hand_over.rs` returns those that do not separate to it.
 
 mod approach;
-mod calm;
 mod capability;
 mod claims;
 mod conservative_advancement;
@@ -18,6 +17,7 @@ mod event;
 mod field_contact;
 mod field_mask;
 mod hand_over;
+mod hook_filter;
 mod hooks;
 mod impact;
 mod jointed;
@@ -49,12 +49,12 @@ pub use event::ContactEvent;
 pub use field_contact::FieldContact;
 pub use hooks::StepHooks;
 
-pub(crate) use calm::Calm;
 pub(crate) use claims::{Claims, Listening, is_dominated};
 pub(crate) use detector::{Detector, SweptStep};
 pub(crate) use event::report;
 pub(crate) use hand_over::{Given, HandOver};
-pub(crate) use hooks::{Heard, Verdicts, to_ask, was_to_ask};
+pub(crate) use hook_filter::HookFilter;
+pub(crate) use hooks::{HookLog, PairOutcomes, to_ask, was_to_ask};
 pub(crate) use jointed::Joints;
 pub(crate) use modes::{Detection, Responder};
 pub(crate) use overlap::has_voxels;

@@ -6,7 +6,7 @@ use std::collections::HashMap;
 use super::FieldContact;
 use super::contact_body::ContactBody;
 use super::field_mask::{DetectionFields, FieldMasks};
-use super::solve::Meeting;
+use super::solve::ContactConstraint;
 use crate::compile::FieldMask;
 use crate::field::{ContactLaw, Query, Touch};
 use crate::math::{ColliderHandle, DVec3};
@@ -24,28 +24,28 @@ impl PaperPushes<'_> {
     /// which to sample the parts instead of their present ones.
     pub(super) fn note(
         &mut self,
-        meeting: &mut Meeting,
+        constraint: &mut ContactConstraint,
         contact: &FieldContact,
-        movers: &[ContactBody],
+        contact_bodies: &[ContactBody],
         places: [Option<DVec3>; 2],
     ) {
-        if !meeting.law.is_vector() {
+        if !constraint.law.is_vector() {
             return;
         }
-        let speeds = meeting.velocities(movers).map(DVec3::length);
-        let approach_speed = meeting.approach(movers);
+        let speeds = constraint.velocities(contact_bodies).map(DVec3::length);
+        let approach_speed = constraint.approach(contact_bodies);
         for part in 0..2 {
             if !contact.has_field[1 - part] {
                 continue;
             }
             let touch = Touch {
                 collider: contact.colliders[1 - part],
-                world_normal: [-meeting.normal, meeting.normal][part],
+                world_normal: [-constraint.normal, constraint.normal][part],
                 speed: speeds[part],
                 approach_speed,
             };
             let pushed = contact.colliders[part];
-            meeting.pushes[part] = self.push(meeting.law, pushed, touch, places[part]);
+            constraint.pushes[part] = self.push(constraint.law, pushed, touch, places[part]);
         }
     }
 

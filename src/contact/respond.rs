@@ -7,7 +7,7 @@ use super::contact_body::ContactBody;
 use super::detector::{Detector, is_masked};
 use super::field_mask::DetectionFields;
 use super::paper_push::PaperPushes;
-use super::solve::{ContactPoint, Meeting, resolve};
+use super::solve::{ContactConstraint, ContactPoint, resolve};
 use crate::bridge::Push;
 use crate::compile::Compiled;
 use crate::field::ContactLaw;
@@ -39,17 +39,17 @@ impl Detector {
         handles.dedup();
         handles.retain(|handle| world.body(*handle).is_some());
         let bodies = handles.iter().filter_map(|handle| world.body(*handle));
-        let movers = bodies.zip(&handles).map(|(body, handle)| {
+        let contact_bodies = bodies.zip(&handles).map(|(body, handle)| {
             let start = starts.of(*handle, body);
             ContactBody::pressed(body, &start, starts.pivot_velocity(*handle, body))
         });
-        let mut movers: Vec<ContactBody> = movers.collect();
+        let mut contact_bodies: Vec<ContactBody> = contact_bodies.collect();
         let place = |body: Option<RigidBodyHandle>| {
             let key = body?.into_raw_parts();
             let place = handles.binary_search_by_key(&key, |handle| handle.into_raw_parts());
             place.ok()
         };
-        let mut meetings = Vec::new();
+        let mut constraints = Vec::new();
         let mut owners = Vec::new();
         for (number, contact) in contacts.iter().enumerate() {
             let law = if answers(contact) {
@@ -58,7 +58,7 @@ impl Detector {
                 ContactLaw::Observe
             };
             let places = contact.bodies.map(place);
-            let slow = to_f64(starts.slow(contact.law, contact.bodies));
+            let resting_speed = to_f64(starts.resting_speed(contact.law, contact.bodies));
             // A spring pushes at the deepest point only, and the paper's law acts once.
             let points = &found.points[found.contacts[number].1.clone()];
             let deepest = contact.deepest();
@@ -73,29 +73,36 @@ impl Detector {
                     normal: to_dvec3(point.world_normal),
                     depth: to_f64(point.depth),
                 };
-                meetings.push(Meeting::new(law, slow, places, spot));
+                constraints.push(ContactConstraint::new(law, resting_speed, places, spot));
             }
-            if let Some(last) = meetings.last_mut() {
-                paper.note(last, contact, &movers, [None; 2]);
+            if let Some(last) = constraints.last_mut() {
+                paper.note(last, contact, &contact_bodies, [None; 2]);
             }
         }
-        let stiffest = resolve(&mut movers, &mut meetings, to_f64(dt));
+        let stiffest = resolve(&mut contact_bodies, &mut constraints, to_f64(dt));
         let stiffest = stiffest.map(|it| (handles[it.place], it.omega2));
-        for (number, meeting) in owners.into_iter().zip(&meetings) {
-            if meeting.failed {
+        for (number, constraint) in owners.into_iter().zip(&constraints) {
+            if constraint.failed {
                 self.not_finite.push(contacts[number].colliders);
             }
-            contacts[number].add_impulses(meeting.impulses);
+            contacts[number].add_impulses(constraint.impulses);
         }
-        for (body, mover) in handles.iter().zip(movers).filter(|(_, mover)| mover.pushed) {
+        for (body, contact_body) in handles
+            .iter()
+            .zip(contact_bodies)
+            .filter(|(_, contact_body)| contact_body.pushed)
+        {
             let Some(found) = world.body(*body) else {
                 continue;
             };
             let start = starts.of(*body, found);
             let behind = start.turn.map_or(DVec3::ZERO, |turn| turn.behind);
-            let behind = mover.resistance.rotor.angvel(mover.attitude, behind);
-            let linvel = from_dvec3(mover.linvel) - start.behind;
-            let angvel = from_dvec3(mover.angvel - behind);
+            let behind = contact_body
+                .resistance
+                .rotor
+                .angvel(contact_body.attitude, behind);
+            let linvel = from_dvec3(contact_body.linvel) - start.behind;
+            let angvel = from_dvec3(contact_body.angvel - behind);
             pushes.push(Push {
                 body: *body,
                 pose: None,

@@ -37,7 +37,7 @@ pub(super) struct ContactPoint {
 
 /// A contact point to be answered.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Meeting {
+pub(super) struct ContactConstraint {
     /// Indices into the list of bodies; `None` for a side without a body.
     pub places: [Option<usize>; 2],
     pub point: DVec3,
@@ -48,48 +48,48 @@ pub(super) struct Meeting {
     /// The velocity changes of the two sides by the paper's law.
     pub pushes: [DVec3; 2],
     /// Contacts that approach at this speed or below it are treated as resting and get no impulse.
-    pub slow: f64,
+    pub resting_speed: f64,
     /// The impulses on the two sides so far, in world axes.
     pub impulses: [DVec3; 2],
     /// True if its answer was not finite; it is then left out.
     pub failed: bool,
 }
 
-impl Meeting {
+impl ContactConstraint {
     /// A contact point that has no impulse yet.
     pub(super) fn new(
         law: ContactLaw,
-        slow: f64,
+        resting_speed: f64,
         places: [Option<usize>; 2],
         spot: ContactPoint,
     ) -> Self {
-        Meeting {
+        ContactConstraint {
             places,
             point: spot.point,
             normal: spot.normal,
             depth: spot.depth,
             law,
             pushes: [DVec3::ZERO; 2],
-            slow,
+            resting_speed,
             impulses: [DVec3::ZERO; 2],
             failed: false,
         }
     }
 
-    pub(super) fn velocities(&self, movers: &[ContactBody]) -> [DVec3; 2] {
-        let velocity = |place: usize| movers[place].velocity_at(self.point);
+    pub(super) fn velocities(&self, contact_bodies: &[ContactBody]) -> [DVec3; 2] {
+        let velocity = |place: usize| contact_bodies[place].velocity_at(self.point);
         self.places.map(|place| place.map_or(DVec3::ZERO, velocity))
     }
 
     /// The speed at which the two parts approach along the normal; negative if they separate.
-    pub(super) fn approach(&self, movers: &[ContactBody]) -> f64 {
-        let [first, second] = self.velocities(movers);
+    pub(super) fn approach(&self, contact_bodies: &[ContactBody]) -> f64 {
+        let [first, second] = self.velocities(contact_bodies);
         (first - second).dot(self.normal)
     }
 
     /// Turns an impact into a lasting contact. If `falls`, because the contact was lifted off Rapier's solver, the
     /// approach and the acceleration into the contact are removed. Otherwise Rapier holds it, and it is not answered.
-    pub(super) fn lay_down(&mut self, falls: bool, movers: &mut [ContactBody]) {
+    pub(super) fn lay_down(&mut self, falls: bool, contact_bodies: &mut [ContactBody]) {
         if !falls {
             self.law = ContactLaw::Observe;
             return;
@@ -99,44 +99,44 @@ impl Meeting {
             _ => 0.0,
         };
         self.law = ContactLaw::restitution(0.0).with_friction(friction);
-        self.slow = 0.0;
-        let yields = |place: usize| movers[place].resistance.inverse_mass.max_element();
+        self.resting_speed = 0.0;
+        let yields = |place: usize| contact_bodies[place].resistance.inverse_mass.max_element();
         let shares = self.places.map(|it| it.map_or(0.0, yields));
-        let pressing = self.pressing(movers);
+        let pressing = self.pressing(contact_bodies);
         let whole = shares[0] + shares[1];
         if pressing <= 0.0 || whole <= 0.0 {
             return;
         }
         for (place, share) in self.places.into_iter().zip([-shares[0], shares[1]]) {
             if let Some(place) = place {
-                movers[place].acceleration += self.normal * (pressing * share / whole);
-                movers[place].pushed = true;
+                contact_bodies[place].acceleration += self.normal * (pressing * share / whole);
+                contact_bodies[place].pushed = true;
             }
         }
     }
 
     /// The relative acceleration of the two parts into the contact.
-    fn pressing(&self, movers: &[ContactBody]) -> f64 {
-        let acceleration = |place: usize| movers[place].acceleration;
+    fn pressing(&self, contact_bodies: &[ContactBody]) -> f64 {
+        let acceleration = |place: usize| contact_bodies[place].acceleration;
         let [first, second] = self.places.map(|it| it.map_or(DVec3::ZERO, acceleration));
         (first - second).dot(self.normal)
     }
 
     /// The normal speed at which two parts that approach at `approach` are to separate. The speed that they gained
     /// within the overlap is neither lost nor returned twice. Zero if the rebound is below the resting threshold.
-    fn rebound(&self, movers: &[ContactBody], restitution: f64, approach: f64) -> f64 {
-        let pressing = self.pressing(movers).max(0.0);
+    fn rebound(&self, contact_bodies: &[ContactBody], restitution: f64, approach: f64) -> f64 {
+        let pressing = self.pressing(contact_bodies).max(0.0);
         let gained = (2.0 * pressing * self.depth.max(0.0)).min(approach * approach);
         let touching = restitution * (approach * approach - gained).sqrt();
-        if touching <= self.slow {
+        if touching <= self.resting_speed {
             return 0.0;
         }
         (touching * touching + gained).sqrt()
     }
 
     /// An approach slower than this is rounding.
-    pub(super) fn rounding(&self, movers: &[ContactBody]) -> f64 {
-        let [first, second] = self.velocities(movers).map(DVec3::length);
+    pub(super) fn rounding(&self, contact_bodies: &[ContactBody]) -> f64 {
+        let [first, second] = self.velocities(contact_bodies).map(DVec3::length);
         first.max(second) * AT_REST
     }
 }
@@ -153,11 +153,14 @@ pub(super) struct Sprung {
 /// Answers contact points that happen at once, and updates the bodies. `dt` is the time for which a penalty force acts.
 /// Returns the body between the stiffest springs.
 pub(super) fn resolve(
-    movers: &mut [ContactBody],
-    meetings: &mut [Meeting],
+    contact_bodies: &mut [ContactBody],
+    constraints: &mut [ContactConstraint],
     dt: f64,
 ) -> Option<Sprung> {
-    let mut solver = Solver { movers, meetings };
+    let mut solver = Solver {
+        contact_bodies,
+        constraints,
+    };
     solver.leave_out_unsound();
     let stiffest = solver.stiffest();
     solver.push_once();
@@ -176,50 +179,52 @@ pub(super) fn resolve(
 }
 
 struct Solver<'a> {
-    movers: &'a mut [ContactBody],
-    meetings: &'a mut [Meeting],
+    contact_bodies: &'a mut [ContactBody],
+    constraints: &'a mut [ContactConstraint],
 }
 
 impl Solver<'_> {
     /// Marks contacts with quantities that are not finite as failed; they are not answered.
     fn leave_out_unsound(&mut self) {
-        for number in 0..self.meetings.len() {
-            let meeting = &self.meetings[number];
-            let yields = self.inverse_effective_mass(meeting, meeting.normal);
+        for number in 0..self.constraints.len() {
+            let constraint = &self.constraints[number];
+            let yields = self.inverse_effective_mass(constraint, constraint.normal);
             let sound = yields.is_finite()
-                && meeting.approach(self.movers).is_finite()
-                && meeting.pushes.iter().all(|push| push.is_finite());
-            if !sound && meeting.law != ContactLaw::Observe {
-                let meeting = &mut self.meetings[number];
-                (meeting.law, meeting.failed) = (ContactLaw::Observe, true);
+                && constraint.approach(self.contact_bodies).is_finite()
+                && constraint.pushes.iter().all(|push| push.is_finite());
+            if !sound && constraint.law != ContactLaw::Observe {
+                let constraint = &mut self.constraints[number];
+                (constraint.law, constraint.failed) = (ContactLaw::Observe, true);
             }
         }
     }
 
     /// Removes the impulses of contacts whose bodies end with a velocity that is not finite, and marks them as failed.
     fn take_back_unsound(&mut self) {
-        let sound = |mover: &ContactBody| mover.linvel.is_finite() && mover.angvel.is_finite();
+        let sound = |contact_body: &ContactBody| {
+            contact_body.linvel.is_finite() && contact_body.angvel.is_finite()
+        };
         if self
-            .movers
+            .contact_bodies
             .iter()
-            .all(|mover| sound(mover) || !mover.pushed)
+            .all(|contact_body| sound(contact_body) || !contact_body.pushed)
         {
             return;
         }
-        for meeting in self.meetings.iter_mut() {
-            let mut places = meeting.places.iter().flatten();
-            if meeting.impulses != [DVec3::ZERO; 2]
-                && places.any(|place| !sound(&self.movers[*place]))
+        for constraint in self.constraints.iter_mut() {
+            let mut places = constraint.places.iter().flatten();
+            if constraint.impulses != [DVec3::ZERO; 2]
+                && places.any(|place| !sound(&self.contact_bodies[*place]))
             {
-                meeting.impulses = [DVec3::ZERO; 2];
-                meeting.failed = true;
+                constraint.impulses = [DVec3::ZERO; 2];
+                constraint.failed = true;
             }
         }
     }
 
     /// Applies the laws that act once a step, all with the velocities before any of them.
     fn push_once(&mut self) {
-        let pushes = self.meetings.iter().map(|it| self.push_of(it));
+        let pushes = self.constraints.iter().map(|it| self.push_of(it));
         let pushes: Vec<[DVec3; 2]> = pushes.collect();
         for (number, impulses) in pushes.into_iter().enumerate() {
             if impulses != [DVec3::ZERO; 2] {
@@ -228,13 +233,14 @@ impl Solver<'_> {
         }
     }
 
-    fn push_of(&self, meeting: &Meeting) -> [DVec3; 2] {
-        let pushes = meeting.law.is_vector() && meeting.approach(self.movers) > meeting.slow;
+    fn push_of(&self, constraint: &ContactConstraint) -> [DVec3; 2] {
+        let pushes = constraint.law.is_vector()
+            && constraint.approach(self.contact_bodies) > constraint.resting_speed;
         if !pushes {
             return [DVec3::ZERO; 2];
         }
-        let mass = |place: usize| self.movers[place].mass();
-        [0, 1].map(|part| meeting.pushes[part] * meeting.places[part].map_or(0.0, mass))
+        let mass = |place: usize| self.contact_bodies[place].mass();
+        [0, 1].map(|part| constraint.pushes[part] * constraint.places[part].map_or(0.0, mass))
     }
 
     /// Applies the penalty laws. Damping is solved for the approach speed that all springs together leave in the middle
@@ -242,12 +248,12 @@ impl Solver<'_> {
     /// no body back, and a loaded body does not creep.
     fn spring(&mut self, dt: f64) {
         let mut damped = Vec::new();
-        for number in 0..self.meetings.len() {
-            let meeting = &self.meetings[number];
-            let ContactLaw::Penalty { stiffness, damping } = meeting.law else {
+        for number in 0..self.constraints.len() {
+            let constraint = &self.constraints[number];
+            let ContactLaw::Penalty { stiffness, damping } = constraint.law else {
                 continue;
             };
-            let push = meeting.normal * (to_f64(stiffness) * meeting.depth.max(0.0) * dt);
+            let push = constraint.normal * (to_f64(stiffness) * constraint.depth.max(0.0) * dt);
             if to_f64(damping) * dt > 0.0 {
                 damped.push(number);
             } else if push != DVec3::ZERO {
@@ -265,14 +271,14 @@ impl Solver<'_> {
         let mut matrix = self.couplings(cluster);
         let mut wanted = Vec::with_capacity(cluster.len());
         for (place, number) in cluster.iter().enumerate() {
-            let meeting = &self.meetings[*number];
-            let ContactLaw::Penalty { stiffness, damping } = meeting.law else {
+            let constraint = &self.constraints[*number];
+            let ContactLaw::Penalty { stiffness, damping } = constraint.law else {
                 continue;
             };
             matrix[place * cluster.len() + place] += (to_f64(damping) * dt).recip();
-            let spring = to_f64(stiffness) * meeting.depth / to_f64(damping);
-            let midway = 0.5 * dt * meeting.pressing(self.movers);
-            wanted.push(spring + meeting.approach(self.movers) + midway);
+            let spring = to_f64(stiffness) * constraint.depth / to_f64(damping);
+            let midway = 0.5 * dt * constraint.pressing(self.contact_bodies);
+            wanted.push(spring + constraint.approach(self.contact_bodies) + midway);
         }
         self.push_apart(cluster, &lcp::solve(&matrix, &wanted));
     }
@@ -280,26 +286,28 @@ impl Solver<'_> {
     /// The body between the stiffest springs. By Gershgorin's circles, a contact oscillates no faster than all contacts
     /// of its two bodies together.
     fn stiffest(&self) -> Option<Sprung> {
-        let meetings = self.meetings.iter();
-        let springs = meetings.filter_map(|meeting| match meeting.law {
-            ContactLaw::Penalty { stiffness, .. } => Some((meeting, to_f64(stiffness))),
+        let constraints = self.constraints.iter();
+        let springs = constraints.filter_map(|constraint| match constraint.law {
+            ContactLaw::Penalty { stiffness, .. } => Some((constraint, to_f64(stiffness))),
             _ => None,
         });
-        let share = |meeting: &Meeting, place: usize| {
-            let (point, normal) = (meeting.point, meeting.normal);
-            self.movers[place].answer(point, point, normal).dot(normal)
+        let share = |constraint: &ContactConstraint, place: usize| {
+            let (point, normal) = (constraint.point, constraint.normal);
+            self.contact_bodies[place]
+                .answer(point, point, normal)
+                .dot(normal)
         };
         let mut sums = Vec::new();
-        for (meeting, stiffness) in springs.clone() {
-            sums.resize(self.movers.len(), 0.0);
-            for place in meeting.places.into_iter().flatten() {
-                sums[place] += stiffness * share(meeting, place);
+        for (constraint, stiffness) in springs.clone() {
+            sums.resize(self.contact_bodies.len(), 0.0);
+            for place in constraint.places.into_iter().flatten() {
+                sums[place] += stiffness * share(constraint, place);
             }
         }
         let sum = |place: Option<usize>| place.map_or(0.0, |place| sums[place]);
-        let bounds = springs.filter_map(|(meeting, _)| {
-            let [a, b] = meeting.places.map(sum);
-            let place = meeting.places[usize::from(b > a)]?;
+        let bounds = springs.filter_map(|(constraint, _)| {
+            let [a, b] = constraint.places.map(sum);
+            let place = constraint.places[usize::from(b > a)]?;
             Some(Sprung {
                 place,
                 omega2: a + b,
@@ -311,24 +319,26 @@ impl Solver<'_> {
     /// The contacts that Newton's law answers in this round.
     fn approaching(&self, round: usize) -> Vec<usize> {
         let approaches = |number: &usize| {
-            let meeting = &self.meetings[*number];
-            if !matches!(meeting.law, ContactLaw::Impulse { .. }) {
+            let constraint = &self.constraints[*number];
+            if !matches!(constraint.law, ContactLaw::Impulse { .. }) {
                 return false;
             }
             let rounding = match round {
-                0 => meeting.slow,
-                _ => meeting.rounding(self.movers).max(meeting.slow),
+                0 => constraint.resting_speed,
+                _ => constraint
+                    .rounding(self.contact_bodies)
+                    .max(constraint.resting_speed),
             };
-            let yields = self.inverse_effective_mass(meeting, meeting.normal);
-            meeting.approach(self.movers) > rounding && yields > 0.0
+            let yields = self.inverse_effective_mass(constraint, constraint.normal);
+            constraint.approach(self.contact_bodies) > rounding && yields > 0.0
         };
-        (0..self.meetings.len()).filter(approaches).collect()
+        (0..self.constraints.len()).filter(approaches).collect()
     }
 
     /// Groups of contacts that are connected through movable bodies.
     fn clusters(&self, contacts: &[usize]) -> Vec<Vec<usize>> {
         // Union-find: a set of connected bodies is named by its root.
-        let mut parent: Vec<usize> = (0..self.movers.len()).collect();
+        let mut parent: Vec<usize> = (0..self.contact_bodies.len()).collect();
         fn find(parent: &mut [usize], mut one: usize) -> usize {
             while parent[one] != one {
                 parent[one] = parent[parent[one]];
@@ -338,20 +348,20 @@ impl Solver<'_> {
         }
         let movable = |place: Option<usize>| {
             place.filter(|place| {
-                let resistance = &self.movers[*place].resistance;
+                let resistance = &self.contact_bodies[*place].resistance;
                 resistance.inverse_mass != DVec3::ZERO
                     || resistance.rotor.inverse_moments != DVec3::ZERO
             })
         };
         for number in contacts {
-            if let [Some(a), Some(b)] = self.meetings[*number].places.map(movable) {
+            if let [Some(a), Some(b)] = self.constraints[*number].places.map(movable) {
                 let (a, b) = (find(&mut parent, a), find(&mut parent, b));
                 parent[a.max(b)] = a.min(b);
             }
         }
         let mut clusters: Vec<(usize, Vec<usize>)> = Vec::new();
         for number in contacts {
-            let [a, b] = self.meetings[*number].places.map(movable);
+            let [a, b] = self.constraints[*number].places.map(movable);
             let Some(member) = a.or(b) else { continue };
             let name = find(&mut parent, member);
             match clusters.iter_mut().find(|(known, _)| *known == name) {
@@ -364,16 +374,16 @@ impl Solver<'_> {
 
     /// The relative velocity along a direction, at a contact's point, that a unit impulse along it there gives the two
     /// sides.
-    fn inverse_effective_mass(&self, meeting: &Meeting, direction: DVec3) -> f64 {
-        let point = meeting.point;
-        let answer = |place: usize| self.movers[place].answer(point, point, direction);
-        let [first, second] = meeting.places.map(|it| it.map_or(DVec3::ZERO, answer));
+    fn inverse_effective_mass(&self, constraint: &ContactConstraint, direction: DVec3) -> f64 {
+        let point = constraint.point;
+        let answer = |place: usize| self.contact_bodies[place].answer(point, point, direction);
+        let [first, second] = constraint.places.map(|it| it.map_or(DVec3::ZERO, answer));
         (first + second).dot(direction)
     }
 
     /// The change of the separation speed at contact `i` by a unit impulse at contact `j`.
     fn coupling(&self, i: usize, j: usize) -> f64 {
-        let (here, there) = (&self.meetings[i], &self.meetings[j]);
+        let (here, there) = (&self.constraints[i], &self.constraints[j]);
         let mut sum = 0.0;
         for (part, place) in here.places.iter().enumerate() {
             for (other, by) in there.places.iter().enumerate() {
@@ -381,7 +391,8 @@ impl Solver<'_> {
                     continue;
                 };
                 let sign = if part == other { 1.0 } else { -1.0 };
-                let answer = self.movers[*place].answer(here.point, there.point, there.normal);
+                let answer =
+                    self.contact_bodies[*place].answer(here.point, there.point, there.normal);
                 sum += sign * answer.dot(here.normal);
             }
         }
@@ -403,7 +414,7 @@ impl Solver<'_> {
     /// Applies normal impulses of these sizes to the contacts of a cluster.
     fn push_apart(&mut self, cluster: &[usize], sizes: &[f64]) {
         for (number, size) in cluster.iter().zip(sizes) {
-            let impulse = self.meetings[*number].normal * *size;
+            let impulse = self.constraints[*number].normal * *size;
             self.apply(*number, [-impulse, impulse]);
         }
     }
@@ -411,12 +422,12 @@ impl Solver<'_> {
     /// Resolves the impacts of a cluster together.
     fn impact(&mut self, cluster: &[usize]) {
         let wanted = |i: &usize| {
-            let meeting = &self.meetings[*i];
-            let ContactLaw::Impulse { restitution, .. } = meeting.law else {
+            let constraint = &self.constraints[*i];
+            let ContactLaw::Impulse { restitution, .. } = constraint.law else {
                 return 0.0;
             };
-            let approach = meeting.approach(self.movers);
-            approach + meeting.rebound(self.movers, to_f64(restitution), approach)
+            let approach = constraint.approach(self.contact_bodies);
+            approach + constraint.rebound(self.contact_bodies, to_f64(restitution), approach)
         };
         let wanted: Vec<f64> = cluster.iter().map(wanted).collect();
         let matrix = self.couplings(cluster);
@@ -425,7 +436,7 @@ impl Solver<'_> {
         // measure.
         let work: f64 = sizes.iter().zip(&wanted).map(|(x, b)| x * b).sum();
         if cluster.len() > 1 && 0.5 * work > JAMMED * self.energy(cluster) {
-            let approach = |i: &usize| self.meetings[*i].approach(self.movers);
+            let approach = |i: &usize| self.constraints[*i].approach(self.contact_bodies);
             let approaches: Vec<f64> = cluster.iter().map(approach).collect();
             sizes = lcp::relax(&matrix, &approaches, SWEEPS);
         }
@@ -438,42 +449,47 @@ impl Solver<'_> {
     /// The energy that the contacts of a cluster bring, at most: that of the rotation of its bodies, and of all of its
     /// masses at the speed of the fastest one, in the frame of the first body.
     fn energy(&self, cluster: &[usize]) -> f64 {
-        let meetings = || cluster.iter().map(|number| &self.meetings[*number]);
-        let mut places: Vec<usize> = meetings().flat_map(|it| it.places).flatten().collect();
+        let constraints = || cluster.iter().map(|number| &self.constraints[*number]);
+        let mut places: Vec<usize> = constraints().flat_map(|it| it.places).flatten().collect();
         places.sort_unstable();
         places.dedup();
-        let movers = || places.iter().map(|place| &self.movers[*place]);
-        let frame = movers().next().map_or(DVec3::ZERO, |mover| mover.linvel);
-        let sides = meetings().flat_map(|it| it.velocities(self.movers));
-        let speeds = sides.chain(movers().map(|mover| mover.linvel));
+        let contact_bodies = || places.iter().map(|place| &self.contact_bodies[*place]);
+        let frame = contact_bodies()
+            .next()
+            .map_or(DVec3::ZERO, |contact_body| contact_body.linvel);
+        let sides = constraints().flat_map(|it| it.velocities(self.contact_bodies));
+        let speeds = sides.chain(contact_bodies().map(|contact_body| contact_body.linvel));
         let fastest = speeds.map(|speed| (speed - frame).length_squared());
         let fastest = fastest.fold(0.0, f64::max);
         // Of a body whose centre cannot move, the mass that yields at its contacts counts.
-        let yielding = meetings().map(|it| self.inverse_effective_mass(it, it.normal).recip());
-        let masses: f64 = movers().map(ContactBody::mass).chain(yielding).sum();
-        let turning = |mover: &ContactBody| {
-            let rotor = &mover.resistance.rotor;
-            rotor.twice_energy(mover.attitude, mover.angvel)
+        let yielding = constraints().map(|it| self.inverse_effective_mass(it, it.normal).recip());
+        let masses: f64 = contact_bodies()
+            .map(ContactBody::mass)
+            .chain(yielding)
+            .sum();
+        let turning = |contact_body: &ContactBody| {
+            let rotor = &contact_body.resistance.rotor;
+            rotor.twice_energy(contact_body.attitude, contact_body.angvel)
         };
-        0.5 * (fastest * masses + movers().map(turning).sum::<f64>())
+        0.5 * (fastest * masses + contact_bodies().map(turning).sum::<f64>())
     }
 
     /// Applies Coulomb friction at a contact that got a normal impulse of a given size.
     fn friction(&mut self, number: usize, size: f64) {
-        let meeting = self.meetings[number];
-        let ContactLaw::Impulse { friction, .. } = meeting.law else {
+        let constraint = self.constraints[number];
+        let ContactLaw::Impulse { friction, .. } = constraint.law else {
             return;
         };
         let most = to_f64(friction) * size;
         if most <= 0.0 {
             return;
         }
-        let [first, second] = meeting.velocities(self.movers);
-        let slip = (second - first).reject_from_normalized(meeting.normal);
+        let [first, second] = constraint.velocities(self.contact_bodies);
+        let slip = (second - first).reject_from_normalized(constraint.normal);
         let Some(direction) = slip.try_normalize() else {
             return;
         };
-        let yields = self.inverse_effective_mass(&meeting, direction);
+        let yields = self.inverse_effective_mass(&constraint, direction);
         if yields > 0.0 {
             let impulse = direction * -(slip.length() / yields).min(most);
             self.apply(number, [-impulse, impulse]);
@@ -481,11 +497,11 @@ impl Solver<'_> {
     }
 
     fn apply(&mut self, number: usize, impulses: [DVec3; 2]) {
-        let meeting = &mut self.meetings[number];
+        let constraint = &mut self.constraints[number];
         for (part, impulse) in impulses.into_iter().enumerate() {
-            meeting.impulses[part] += impulse;
-            if let Some(place) = meeting.places[part] {
-                self.movers[place].push(meeting.point, impulse);
+            constraint.impulses[part] += impulse;
+            if let Some(place) = constraint.places[part] {
+                self.contact_bodies[place].push(constraint.point, impulse);
             }
         }
     }
@@ -519,18 +535,23 @@ mod tests {
         };
         let nowhere = DQuat::from_xyzw(f64::NAN, 0.0, 0.0, 1.0);
         for (frame, fails) in [(DQuat::IDENTITY, false), (nowhere, true)] {
-            let mut movers = [body(frame)];
+            let mut contact_bodies = [body(frame)];
             let spot = ContactPoint {
                 point: DVec3::new(0.5, 0.1, 0.0),
                 normal: DVec3::X,
                 depth: 0.0,
             };
             let places = [Some(0), None];
-            let mut meetings = [Meeting::new(ContactLaw::elastic(), 0.0, places, spot)];
-            resolve(&mut movers, &mut meetings, 0.01);
-            assert_eq!(meetings[0].failed, fails);
-            assert_eq!(meetings[0].impulses == [DVec3::ZERO; 2], fails);
-            assert!(movers[0].linvel.is_finite());
+            let mut constraints = [ContactConstraint::new(
+                ContactLaw::elastic(),
+                0.0,
+                places,
+                spot,
+            )];
+            resolve(&mut contact_bodies, &mut constraints, 0.01);
+            assert_eq!(constraints[0].failed, fails);
+            assert_eq!(constraints[0].impulses == [DVec3::ZERO; 2], fails);
+            assert!(contact_bodies[0].linvel.is_finite());
         }
     }
 }

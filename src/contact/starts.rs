@@ -333,7 +333,11 @@ impl Starts {
     /// would rise for less than two steps, or less high than Rapier's allowed linear error. Under laws without loss the
     /// limit is the speed gained in one step, or energy would be lost. Zero, so that no contact lasts, if nothing
     /// accelerates the two bodies or if a spring holds them.
-    pub(super) fn slow(&self, law: ContactLaw, bodies: [Option<RigidBodyHandle>; 2]) -> Real {
+    pub(super) fn resting_speed(
+        &self,
+        law: ContactLaw,
+        bodies: [Option<RigidBodyHandle>; 2],
+    ) -> Real {
         let pressed = bodies.map(|body| self.pressed(body));
         let pressed = pressed[0].max(pressed[1]);
         let within_step = pressed * self.setting.dt;

@@ -10,7 +10,7 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 
 use super::FieldContact;
 use super::field_mask::{DetectionFields, FieldMasks};
-use super::hooks::Verdicts;
+use super::hooks::PairOutcomes;
 use super::moving_shape::MovingShape;
 use super::near_pairs::{NearPairs, Place};
 use super::rules::{Pairs, in_order};
@@ -94,7 +94,7 @@ pub(super) struct Rest {
     /// The points at which they touched when they came to rest; the first one is the deepest.
     pub spots: Vec<ContactPoint>,
     /// The resting threshold.
-    pub slow: f64,
+    pub resting_speed: f64,
     /// The further depth that rest explains.
     pub bearable: f64,
 }
@@ -108,7 +108,7 @@ pub(super) struct SweepScene<'a> {
     /// Returns true if the fields answer a contact.
     pub answers: &'a dyn Fn(&FieldContact) -> bool,
     /// The decisions of the hooks on claimed pairs during Rapier's step.
-    pub verdicts: &'a Verdicts,
+    pub outcomes: &'a PairOutcomes,
     /// The pairs that Rapier answers until they separate; it has made its step before an impact puts a body of theirs on
     /// another path.
     pub given: &'a Pairs,
@@ -134,7 +134,7 @@ impl Sweep {
         }
         self.tracks
             .gather(scene.fields.touch, scene.starts, world, dt);
-        self.held.clone_from(&scene.verdicts.held);
+        self.held.clone_from(&scene.outcomes.held);
         self.separations.turn();
         let world = &SweptWorld {
             world,

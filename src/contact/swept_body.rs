@@ -175,7 +175,7 @@ impl SweptBody {
     }
 
     /// The body at a moment, for the contact laws; `None` before [`Self::prepare`].
-    pub(super) fn mover(&self, time: f64) -> Option<ContactBody> {
+    pub(super) fn contact_body(&self, time: f64) -> Option<ContactBody> {
         let attitude = self.path.attitude(time);
         Some(ContactBody {
             resistance: self.resistance?,
@@ -199,27 +199,32 @@ impl SweptBody {
         self.path.velocity(time) + angvel.cross(world_point - self.path.com(time))
     }
 
-    /// Puts the body on a new path from a moment on, with the velocities and acceleration of `mover`.
-    pub(super) fn redirect(&mut self, mover: &ContactBody, free: bool, [time, end]: [f64; 2]) {
-        let rotor = mover.resistance.rotor;
-        let free = free && mover.resistance.may_turn == DVec3::ONE;
+    /// Puts the body on a new path from a moment on, with the velocities and acceleration of `contact_body`.
+    pub(super) fn redirect(
+        &mut self,
+        contact_body: &ContactBody,
+        free: bool,
+        [time, end]: [f64; 2],
+    ) {
+        let rotor = contact_body.resistance.rotor;
+        let free = free && contact_body.resistance.may_turn == DVec3::ONE;
         let left = end - time;
         let by_fields = self
             .spread
             .map(|spread| self.path.acceleration(time) - spread);
         let spin_up = self.path.bend.map(|bend| bend.acceleration(time));
-        let twisted = spin_up.map(|it| rotor.momentum(mover.attitude, it));
+        let twisted = spin_up.map(|it| rotor.momentum(contact_body.attitude, it));
         self.presumed = by_fields.map(|it| [it, twisted.unwrap_or(DVec3::ZERO)]);
         self.hit_at = Some(time);
         // From now on its acceleration is assumed constant.
-        let gain = mover.linvel + mover.acceleration * left;
+        let gain = contact_body.linvel + contact_body.acceleration * left;
         self.end_linvel += gain - self.velocity(end);
         self.ahead = DVec3::ZERO;
         if let Some(momentum) = &mut self.end_momentum {
-            let change = mover.angvel - self.path.angvel(time, mover.attitude);
+            let change = contact_body.angvel - self.path.angvel(time, contact_body.attitude);
             let jerk = self.path.bend.map_or(DVec3::ZERO, |it| it.jerk);
             let change = change - jerk * (0.5 * left * left);
-            *momentum += rotor.momentum(mover.attitude, change);
+            *momentum += rotor.momentum(contact_body.attitude, change);
         }
         let span = [time, end];
         let bend = self.path.bend.filter(|_| free);
@@ -228,14 +233,14 @@ impl SweptBody {
             jerk: DVec3::ZERO,
             span,
         });
-        let unbent = mover.angvel - bend.map_or(DVec3::ZERO, |bend| bend.angvel(time));
+        let unbent = contact_body.angvel - bend.map_or(DVec3::ZERO, |bend| bend.angvel(time));
         self.path = BodyPath {
             from: time,
-            com: mover.com,
-            linvel: mover.linvel,
-            acceleration: mover.acceleration,
+            com: contact_body.com,
+            linvel: contact_body.linvel,
+            acceleration: contact_body.acceleration,
             jerk: DVec3::ZERO,
-            turn: Turn::new(&rotor, mover.attitude, unbent, span, free),
+            turn: Turn::new(&rotor, contact_body.attitude, unbent, span, free),
             bend,
         };
         self.generation += 1;

@@ -54,7 +54,7 @@ pub struct FieldEnergy {
 
 /// Power and potential of all fields at one moment, by their place in the set.
 #[derive(Debug, Default)]
-pub(crate) struct Tally {
+pub(crate) struct AuditReading {
     power: Vec<f64>,
     potential: Vec<Option<f64>>,
     /// A sum of hashes that identifies the samples on which a field acts.
@@ -63,9 +63,12 @@ pub(crate) struct Tally {
 
 impl EnergyAudit {
     /// Records the state before a step; returns the power and potential of the fields at that moment.
-    pub(crate) fn begin(&mut self, fields: &SampledFields<'_, impl Lookup + Frames>) -> Tally {
+    pub(crate) fn begin(
+        &mut self,
+        fields: &SampledFields<'_, impl Lookup + Frames>,
+    ) -> AuditReading {
         let (set, world) = (fields.set, fields.frames);
-        let tally = tally(fields);
+        let reading = reading(fields);
         if !self.began {
             self.began = true;
             let places = 0..set.nodes().0.len() as u32;
@@ -74,7 +77,7 @@ impl EnergyAudit {
                 ..FieldEnergy::default()
             };
             self.fields = places.map(energy).collect();
-            self.take(world, &tally);
+            self.take(world, &reading);
             self.initial = self.kinetic + self.potential;
         }
         // Lifetimes are evaluated for the step, so their changes fall between two steps.
@@ -82,45 +85,45 @@ impl EnergyAudit {
             let timeless = |field: &Field| field.lifetime.is_timeless();
             let changes = !set.field(place as u32).is_some_and(timeless);
             if let Some(potential) = field.potential.as_mut().filter(|_| changes) {
-                let now = tally.potential.get(place).copied().flatten();
+                let now = reading.potential.get(place).copied().flatten();
                 field.border += now.unwrap_or(0.0) - *potential;
                 *potential = now.unwrap_or(0.0);
             }
         }
-        tally
+        reading
     }
 
-    /// Adds the work of a step that has just ended; `before` is the tally from its start.
+    /// Adds the work of a step that has just ended; `before` is the reading from its start.
     pub(crate) fn end(
         &mut self,
-        before: &Tally,
+        before: &AuditReading,
         fields: &SampledFields<'_, impl Lookup + Frames>,
         dt: Real,
     ) {
-        let tally = tally(fields);
-        let common = before.power.len().min(tally.power.len());
+        let reading = reading(fields);
+        let common = before.power.len().min(reading.power.len());
         for (place, field) in self.fields.iter_mut().enumerate().take(common) {
-            let work = (before.power[place] + tally.power[place]) / 2.0 * to_f64(dt);
+            let work = (before.power[place] + reading.power[place]) / 2.0 * to_f64(dt);
             field.work += work;
-            let crossed = before.acts_on[place] != tally.acts_on[place];
-            let potentials = before.potential[place].zip(tally.potential[place]);
+            let crossed = before.acts_on[place] != reading.acts_on[place];
+            let potentials = before.potential[place].zip(reading.potential[place]);
             if let (Some((before, after)), true) = (potentials, crossed) {
                 field.border += after - before + work;
             }
         }
-        self.take(fields.frames, &tally);
+        self.take(fields.frames, &reading);
     }
 
-    fn take(&mut self, world: &impl Lookup, tally: &Tally) {
+    fn take(&mut self, world: &impl Lookup, reading: &AuditReading) {
         let audit = self;
-        for (field, potential) in audit.fields.iter_mut().zip(&tally.potential) {
+        for (field, potential) in audit.fields.iter_mut().zip(&reading.potential) {
             // A field that no longer has a potential is set to zero, because its work was not counted.
             let gone = field.potential.map(|_| 0.0);
             field.potential = potential.or(gone);
         }
         let dynamic = world.bodies().filter(|(_, body)| body.is_dynamic());
         audit.kinetic = dynamic.map(|(_, body)| to_f64(body.kinetic_energy())).sum();
-        audit.potential = tally.potential.iter().flatten().sum();
+        audit.potential = reading.potential.iter().flatten().sum();
         let without = audit
             .fields
             .iter()
@@ -141,10 +144,10 @@ fn velocity_of(frames: &impl Frames, body: RigidBodyHandle, world_point: Vector)
 }
 
 /// Power and potential of all fields on all sampled bodies in the present world.
-fn tally(fields: &SampledFields<'_, impl Frames>) -> Tally {
+fn reading(fields: &SampledFields<'_, impl Frames>) -> AuditReading {
     let (set, frames, samples) = (fields.set, fields.frames, fields.samples);
     let count = set.nodes().0.len();
-    let mut tally = Tally {
+    let mut reading = AuditReading {
         power: vec![0.0; count],
         potential: vec![None; count],
         acts_on: vec![0; count],
@@ -153,7 +156,7 @@ fn tally(fields: &SampledFields<'_, impl Frames>) -> Tally {
         // A field with a potential has one even if it acts on no body.
         let field = set.field(place as u32);
         let known = field.is_some_and(|field| field.has_potential());
-        tally.potential[place] = known.then_some(0.0);
+        reading.potential[place] = known.then_some(0.0);
     }
     for body in 0..samples.bodies.len() as u32 {
         let mut visit = 0_u32;
@@ -168,7 +171,7 @@ fn tally(fields: &SampledFields<'_, impl Frames>) -> Tally {
                 let place = contribution.place as usize;
                 let force = contribution.force.unwrap_or_default();
                 let power = force.dot(velocity);
-                tally.power[place] += power;
+                reading.power[place] += power;
                 rest -= power;
                 let field = set.field(contribution.place);
                 let carrier = contribution.carrier;
@@ -177,24 +180,24 @@ fn tally(fields: &SampledFields<'_, impl Frames>) -> Tally {
                 let ends = field.is_some_and(|field| !field.formula.reads_volume());
                 let how_much = ends.then(|| to_f64(sample.fraction).to_bits());
                 let who = (samples.bodies[body as usize], visit, carrier, how_much);
-                let acts_on = &mut tally.acts_on[place];
+                let acts_on = &mut reading.acts_on[place];
                 *acts_on = acts_on.wrapping_add(hash(who));
                 if let Some(carrier) = carrier.filter(|_| field.is_some_and(|f| f.reacts)) {
                     let point = sample.world_point;
-                    tally.power[place] -= force.dot(velocity_of(frames, carrier, point));
+                    reading.power[place] -= force.dot(velocity_of(frames, carrier, point));
                 }
                 if let (Some(sum), Some(potential)) =
-                    (&mut tally.potential[place], contribution.potential)
+                    (&mut reading.potential[place], contribution.potential)
                 {
                     let carried = carrier.is_some();
                     *sum += potential * field.map_or(1.0, |f| f.energy_share(carried));
                 }
             }
             // The power of an operation beyond the sum of its fields.
-            tally.power[term as usize] += rest;
+            reading.power[term as usize] += rest;
         });
     }
-    tally
+    reading
 }
 
 fn hash(sample: impl Hash) -> u64 {

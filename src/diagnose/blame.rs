@@ -78,7 +78,7 @@ pub(crate) fn warn_of(
 }
 
 /// The wrenches on the bodies of a fault. For each term and sample, a contribution that is not finite is left out.
-pub(crate) fn sifted(set: &FieldSet, fault: &Fault) -> Vec<Wrench> {
+pub(crate) fn without_non_finite(set: &FieldSet, fault: &Fault) -> Vec<Wrench> {
     let fields = fields_of(set, fault);
     let of = |place: &usize| {
         let body = *place as u32;

@@ -11,9 +11,9 @@ use std::collections::HashMap;
 use std::fmt;
 
 pub use crate::eval::PotentialEnergy;
-pub(crate) use audit::Tally;
+pub(crate) use audit::AuditReading;
 pub use audit::{EnergyAudit, FieldEnergy};
-pub(crate) use blame::{blame, missing_anchor, sifted, warn_of};
+pub(crate) use blame::{blame, missing_anchor, warn_of, without_non_finite};
 pub(crate) use sampled::SampledFields;
 pub use zones::ZoneEvent;
 pub(crate) use zones::{Occupant, ZoneWatch};
@@ -88,24 +88,24 @@ impl<F: Frames> SampledFields<'_, F> {
         let centre = &samples.centres[body as usize];
         let parts: Vec<_> = samples.each_of(body as usize).collect();
         for term in self.set.terms() {
-            let (term, how) = (term.root, self.set.nodes().how(term.root));
-            let cuts = samples.cut(how, body).is_some();
+            let (term, rule) = (term.root, self.set.nodes().sampling_rule(term.root));
+            let cuts = samples.cut(rule, body).is_some();
             for reference in self.references(term, cuts) {
                 let borders = cuts.then(|| borders::near(self, &reference, body));
                 let borders = borders.unwrap_or_default();
-                let in_pieces = cuts && !(borders.is_empty() && how.cuts == Cuts::Bodies);
+                let in_pieces = cuts && !(borders.is_empty() && rule.cuts == Cuts::Bodies);
                 if in_pieces {
                     for piece in cutter.body(samples, body, &borders) {
-                        let (query, weight, arm) = samples.of_piece(how, body, piece, moment);
+                        let (query, weight, arm) = samples.of_piece(rule, body, piece, moment);
                         let sample = samples.in_piece(body, piece, &query, arm);
                         let trace = reference.trace(self.frames, &query);
                         visit(&sample, term, trace.times(weight));
                     }
                     continue;
                 }
-                let at_centre = samples.asks_whole(how) && samples.takes(how, centre);
+                let at_centre = samples.asks_whole(rule) && samples.takes(rule, centre);
                 let own = parts.iter();
-                let own = own.filter(|sample| samples.takes_part(how, sample));
+                let own = own.filter(|sample| samples.takes_part(rule, sample));
                 for sample in at_centre.then_some(centre).into_iter().chain(own) {
                     let query = samples.query(sample, moment);
                     visit(sample, term, reference.trace(self.frames, &query));

@@ -4,8 +4,8 @@ use super::constants::ConstantPull;
 use super::frames::FrameCache;
 use super::interpreter::{Interpreter, SampleContext};
 use super::sampled_world::SampledWorld;
+use super::simd::LaneForce;
 use super::slowings::DragOn;
-use super::wide::LaneForce;
 use crate::compile::{Compiled, Program, RadialBatch, Weighting};
 use crate::field::{Coupling, ForceMode, Frames, Motion, Numbers, Queries};
 use crate::math::{DVec3, InteractionGroups, Real, RigidBodyHandle, Vector, to_dvec3, to_f64};
@@ -103,7 +103,7 @@ impl CentreBlock {
 #[derive(Debug)]
 pub(crate) struct CentreEvaluator {
     frames: FrameCache,
-    machine: Interpreter,
+    interpreter: Interpreter,
     moment: Moment,
     constants: ConstantPull,
     /// Samples without sites, with the handle of the one body that the interpreter evaluates.
@@ -115,7 +115,7 @@ impl Default for CentreEvaluator {
         let moment = Moment::NEVER;
         CentreEvaluator {
             frames: FrameCache::default(),
-            machine: Interpreter::default(),
+            interpreter: Interpreter::default(),
             moment,
             constants: ConstantPull::of(&[], moment.dt),
             single: Samples::made_elsewhere(),
@@ -188,7 +188,7 @@ impl CentreEvaluator {
             self.single.bodies.push(block.bodies[lane]);
             let query = self.single.query(&block.sample(lane), self.moment);
             let frames = self.frames.all();
-            if let Some(force) = self.machine.force(program, instance, frames, &query) {
+            if let Some(force) = self.interpreter.force(program, instance, frames, &query) {
                 let numbers = block.queries(self.moment).numbers;
                 let there = LaneMask::from_fn(|other| other == lane);
                 felt.add(&numbers, there, constant(force), drag.as_ref());

@@ -6,7 +6,7 @@ use crate::math::{DVec3, to_dvec3};
 use crate::sample::{Cutter, Moment, Samples};
 
 /// The sample at which an instance of a program is evaluated on a body that may be cut.
-pub(super) enum Asked<'a> {
+pub(super) enum SampleOf<'a> {
     /// At the centre of mass, since no border is near.
     Whole(&'a Query),
     /// At a piece, with the weight and the lever arm of the force on it.
@@ -37,15 +37,15 @@ impl BodyCuts {
         frames: &[Option<Frame>],
         instances: impl Iterator<Item = usize>,
         body: CutBody<'_>,
-        mut ask: impl FnMut(usize, Asked<'_>),
+        mut ask: impl FnMut(usize, SampleOf<'_>),
     ) {
         let CutBody {
             samples,
             moment,
             number: body,
         } = body;
-        let how = program.how;
-        let Some(bulk) = samples.cut(how, body) else {
+        let rule = program.sampling_rule;
+        let Some(bulk) = samples.cut(rule, body) else {
             return;
         };
         let centre = &samples.centres[body as usize];
@@ -61,13 +61,13 @@ impl BodyCuts {
                     Border::near(field, frame, point, bulk.extent, &mut self.borders);
                 }
             }
-            if self.borders.is_empty() && how.cuts == Cuts::Bodies {
-                ask(instance, Asked::Whole(&query));
+            if self.borders.is_empty() && rule.cuts == Cuts::Bodies {
+                ask(instance, SampleOf::Whole(&query));
                 continue;
             }
             for piece in self.cutter.body(samples, body, &self.borders) {
-                let (query, weight, arm) = samples.of_piece(how, body, piece, moment);
-                ask(instance, Asked::Piece(&query, weight, arm));
+                let (query, weight, arm) = samples.of_piece(rule, body, piece, moment);
+                ask(instance, SampleOf::Piece(&query, weight, arm));
             }
         }
     }

@@ -1,6 +1,6 @@
 //! The potential energy of bodies in the fields of programs.
 
-use super::cut::{Asked, BodyCuts, CutBody};
+use super::cut::{BodyCuts, CutBody, SampleOf};
 use crate::compile::{Instruction, Program};
 use crate::field::{Field, Frame, LocalQuery, Open, Operator, Query};
 use crate::sample::{Moment, Samples};
@@ -33,11 +33,11 @@ pub(super) fn program_energy(
             .sum()
     };
     let mut total = 0.0;
-    let how = program.how;
-    let centres = samples.centres_for(how);
-    let centres = centres.filter(|centre| samples.cut(how, centre.body).is_none());
-    let sites = samples.uncut_sites_for(how).map(|(_, sample)| sample);
-    let runs = samples.uncut_runs_for(how);
+    let rule = program.sampling_rule;
+    let centres = samples.centres_for(rule);
+    let centres = centres.filter(|centre| samples.cut(rule, centre.body).is_none());
+    let sites = samples.uncut_sites_for(rule).map(|(_, sample)| sample);
+    let runs = samples.uncut_runs_for(rule);
     let of_runs = runs.flat_map(|(_, run)| samples.of_run(run));
     for sample in centres.chain(sites).copied().chain(of_runs) {
         let query = samples.query(&sample, moment);
@@ -58,10 +58,10 @@ pub(super) fn program_energy(
             frames,
             instances.clone(),
             body,
-            |instance, asked| {
-                total += match asked {
-                    Asked::Whole(query) => energy(instance, query),
-                    Asked::Piece(query, weight, _) => energy(instance, query) * weight,
+            |instance, sample| {
+                total += match sample {
+                    SampleOf::Whole(query) => energy(instance, query),
+                    SampleOf::Piece(query, weight, _) => energy(instance, query) * weight,
                 };
             },
         );

@@ -21,7 +21,7 @@ use crate::sample::{Kind, SamplePoint};
 pub(crate) struct Lineariser {
     frames: FrameCache,
     index: ProgramIndex,
-    machine: Interpreter,
+    interpreter: Interpreter,
     found: Vec<(Key, u32)>,
     /// For each batch, its sources; true if they are those of the prepared world.
     sources: Vec<(Sources, bool)>,
@@ -52,15 +52,15 @@ impl Lineariser {
         let list = samples.each_of(body).map(|sample| (sample, false));
         for (sample, whole) in [(samples.centres[body], true)].into_iter().chain(list) {
             let sample = &sample;
-            let wanted = |how: SamplingRule| {
-                let at_centre = samples.asks_whole(how) && sample.kind == Kind::Centre;
-                at_centre == whole && samples.takes(how, sample)
+            let wanted = |rule: SamplingRule| {
+                let at_centre = samples.asks_whole(rule) && sample.kind == Kind::Centre;
+                at_centre == whole && samples.takes(rule, sample)
             };
             // Lazy: most bodies are sampled in one way, and have no force at their other samples.
             let query = LazyCell::new(|| samples.query(sample, moment));
             let mut force: Option<Linearised> = None;
             let radials = scene.compiled.radials.iter();
-            for (number, batch) in radials.filter(|it| all && wanted(it.1.how)) {
+            for (number, batch) in radials.filter(|it| all && wanted(it.1.sampling_rule)) {
                 let weight = to_f64(samples.weight(sample, &batch.weighting, moment));
                 if weight != 0.0 && batch.prototype.is_on(moment.span) {
                     self.take_up(scene, number, batch);
@@ -71,7 +71,7 @@ impl Lineariser {
                     }
                 }
             }
-            let wanted = |program: &Program| wanted(program.how);
+            let wanted = |program: &Program| wanted(program.sampling_rule);
             self.programs_on(scene, sample, &query, terms, wanted, &mut force);
             if let Some(force) = force {
                 visit(sample, &force);
@@ -110,28 +110,28 @@ impl Lineariser {
             .at(scene.compiled, sample.world_point, &mut self.found);
         for (_, number) in &self.found {
             let program = scene.compiled.programs.get(*number);
-            let asked = |program: &&Program| match terms {
+            let is_read = |program: &&Program| match terms {
                 Terms::All => true,
                 Terms::ThatReadVelocities => program.reads_velocity,
                 Terms::ThatReadVelocitiesOtherwise => {
                     program.reads_velocity && program.as_drag().is_none()
                 }
             };
-            let Some(program) = program.filter(asked).filter(|program| wanted(program)) else {
+            let Some(program) = program.filter(is_read).filter(|program| wanted(program)) else {
                 continue;
             };
             for instance in self.index.reach(*number).at(program, sample.world_point) {
                 self.frames.fill_instance(scene, program, *instance);
                 let (instance, frames) = (*instance as usize, self.frames.all());
-                let (machine, sum) = (&mut self.machine, force.get_or_insert_default());
+                let (interpreter, sum) = (&mut self.interpreter, force.get_or_insert_default());
                 let found = match terms {
                     Terms::All => {
                         let motion = Motion::seeded(query);
-                        machine.linearise(program, instance, frames, query, &motion)
+                        interpreter.linearise(program, instance, frames, query, &motion)
                     }
                     _ => {
                         let motion = Motion::by_velocity(query);
-                        machine.linearise(program, instance, frames, query, &motion)
+                        interpreter.linearise(program, instance, frames, query, &motion)
                     }
                 };
                 found.iter().for_each(|found| sum.add(found));

@@ -20,11 +20,11 @@ mod programs;
 mod quantity;
 mod radial;
 mod sampled_world;
+mod simd;
 mod slowings;
 mod sources;
 #[cfg(test)]
 mod tests;
-mod wide;
 
 use crate::compile::{RadialBatch, Weighting};
 use crate::field::Frames;

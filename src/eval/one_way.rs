@@ -47,7 +47,8 @@ impl<'a> Task<'a> {
     ) -> impl Iterator<Item = (&'a CloudRun, usize, Real)> {
         let (samples, batch) = (self.samples, self.batch);
         samples.clouds.runs.iter().filter_map(move |run| {
-            let whole = Some(&run.whole).filter(|whole| samples.takes(batch.how, whole))?;
+            let whole =
+                Some(&run.whole).filter(|whole| samples.takes(batch.sampling_rule, whole))?;
             let weight = samples.weight(whole, &batch.weighting, moment);
             (weight != 0.0).then_some((run, whole.body as usize, weight))
         })
@@ -63,7 +64,7 @@ pub(super) fn weigh(
 ) {
     weights.clear();
     weights.extend(samples.sites.iter().map(|sample| {
-        if !samples.takes(batch.how, sample) {
+        if !samples.takes(batch.sampling_rule, sample) {
             return 0.0;
         }
         samples.weight(sample, &batch.weighting, moment)

@@ -29,7 +29,7 @@ use tiles::Tiles;
 pub(super) struct PairwiseRadials {
     /// The stamps, and the properties of the moment, that sides and passes were made from.
     made_for: Vec<u64>,
-    asked: Vec<u64>,
+    wanted_for: Vec<u64>,
     /// The batches that are evaluated pair by pair. The first `batches` are in use; others are kept for their
     /// buffers.
     sides: Vec<Sides>,
@@ -72,16 +72,16 @@ impl PairwiseRadials {
         moment: Moment,
         wanted: impl Fn(&Sides, &RadialBatch) -> bool,
     ) {
-        self.asked.clear();
-        self.asked.push(samples.stamp);
+        self.wanted_for.clear();
+        self.wanted_for.push(samples.stamp);
         for (number, batch) in batches.clone() {
-            self.asked.extend([u64::from(number), batch.log.stamp]);
-            self.asked.extend(read(batch, moment));
+            self.wanted_for.extend([u64::from(number), batch.log.stamp]);
+            self.wanted_for.extend(read(batch, moment));
         }
-        if self.asked == self.made_for {
+        if self.wanted_for == self.made_for {
             return;
         }
-        std::mem::swap(&mut self.asked, &mut self.made_for);
+        std::mem::swap(&mut self.wanted_for, &mut self.made_for);
         self.batches = 0;
         for (number, batch) in batches {
             if self.sides.len() == self.batches {
@@ -151,7 +151,7 @@ impl PairwiseRadials {
             quantity,
         };
         // Samples of clouds are in no tile, so all sources act on them here.
-        if task.samples.any_cloud(batch.how) {
+        if task.samples.any_cloud(batch.sampling_rule) {
             let all_sources = &batch.sources;
             self.sources
                 .gather(batch, all_sources, &mut frame, quantity);

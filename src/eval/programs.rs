@@ -1,11 +1,11 @@
 //! Evaluates programs on bodies: several samples at once in lanes where possible, else one by one by the interpreter.
 
 use super::contract::{BatchEvaluator, Summing, Sums};
-use super::cut::{Asked, BodyCuts, CutBody};
+use super::cut::{BodyCuts, CutBody, SampleOf};
 use super::index::ProgramIndex;
 use super::interpreter::Interpreter;
+use super::simd::{LaneInput, LaneOutput, WIDTH};
 use super::slowings::DragOn;
-use super::wide::{LaneInput, LaneOutput, WIDTH};
 use crate::compile::{Compiled, Key, Keyed, Program};
 use crate::field::{Cuts, Frames};
 use crate::math::{DVec3, Real, Vector, from_dvec3, from_f64, to_dvec3};
@@ -20,14 +20,14 @@ const CHUNK: usize = 32;
 #[derive(Debug, Default)]
 pub(super) struct Programs {
     index: ProgramIndex,
-    machine: Interpreter,
+    interpreter: Interpreter,
     jobs: Vec<Job>,
     reactions: Vec<(usize, Vector, Vector)>,
     cuts: BodyCuts,
     near: Vec<u32>,
     /// The single samples at which a program is evaluated, as for [`sample_at`], and the indices of the runs.
-    asked: Vec<u32>,
-    asked_runs: Vec<u32>,
+    places: Vec<u32>,
+    runs: Vec<u32>,
     /// Pairs of an instance and a sample, as for [`sample_at`], or the number of a block.
     pairs: Vec<(u32, u32)>,
     /// The results for several samples at once.
@@ -42,8 +42,8 @@ fn sample_at(samples: &Samples, place: u32) -> &SamplePoint {
 }
 
 /// An instance of a program that is evaluated on several samples.
-struct Asking<'a> {
-    wide: LaneInput<'a>,
+struct InstanceOnLanes<'a> {
+    input: LaneInput<'a>,
     /// The closed form of the instance, if it is drag or wind.
     drag: Option<DragOn>,
 }
@@ -88,26 +88,26 @@ impl BatchEvaluator<Program> for Programs {
     }
 
     fn add(&mut self, number: u32, program: &Program, on: &mut Summing<'_, impl Frames>) {
-        let (samples, how) = (on.scene.samples, program.how);
-        if matches!(how.cuts, Cuts::Shares | Cuts::Parts) {
+        let (samples, rule) = (on.scene.samples, program.sampling_rule);
+        if matches!(rule.cuts, Cuts::Shares | Cuts::Parts) {
             for body in 0..samples.bodies.len() as u32 {
                 self.cut(number, program, body, on);
             }
         }
-        self.asked.clear();
-        for centre in samples.centres_for(how) {
+        self.places.clear();
+        for centre in samples.centres_for(rule) {
             if !self.cut(number, program, centre.body, on) {
-                self.asked.push(centre.body);
+                self.places.push(centre.body);
             }
         }
         let count = samples.centres.len();
-        let sites = samples.uncut_sites_for(how);
-        self.asked
+        let sites = samples.uncut_sites_for(rule);
+        self.places
             .extend(sites.map(|(number, _)| (count + number) as u32));
-        self.asked_runs.clear();
-        self.asked_runs
-            .extend(samples.uncut_runs_for(how).map(|(number, _)| number));
-        self.add_asked(number, program, on);
+        self.runs.clear();
+        self.runs
+            .extend(samples.uncut_runs_for(rule).map(|(number, _)| number));
+        self.add_on_places(number, program, on);
     }
 }
 
@@ -167,14 +167,14 @@ impl Programs {
         for (place, (centre, bulk)) in samples.centres.iter().zip(&samples.bulks).enumerate() {
             let cut_by = |number: u32| {
                 let program = compiled.programs.get(number);
-                if program.is_some_and(|program| program.how.cuts != Cuts::Never) {
+                if program.is_some_and(|program| program.sampling_rule.cuts != Cuts::Never) {
                     add(number, place as u32);
                 }
             };
             let (point, extent) = (centre.world_point, from_f64(bulk.extent));
             self.index.bounded_near(point, extent, cut_by);
         }
-        for number in compiled.roster.unbounded() {
+        for number in compiled.program_index.unbounded() {
             add(*number, ALL);
         }
         jobs.sort_unstable();
@@ -184,35 +184,35 @@ impl Programs {
 
     /// Adds the forces of a program on some samples.
     fn add_on(&mut self, jobs: &[Job], program: &Program, on: &mut Summing<'_, impl Frames>) {
-        let (number, samples, how) = (jobs[0].number, on.scene.samples, program.how);
+        let (number, samples, rule) = (jobs[0].number, on.scene.samples, program.sampling_rule);
         let (count, sites) = (samples.centres.len(), samples.sites.len());
-        self.asked.clear();
-        self.asked_runs.clear();
+        self.places.clear();
+        self.runs.clear();
         for place in jobs.iter().map(|job| job.sample) {
             if let Some(centre) = samples.centres.get(place as usize) {
-                let is_asked = !self.cut(number, program, centre.body, on)
-                    && samples.asks_whole(how)
-                    && samples.takes(how, centre);
-                self.asked.extend(is_asked.then_some(place));
+                let is_wanted = !self.cut(number, program, centre.body, on)
+                    && samples.asks_whole(rule)
+                    && samples.takes(rule, centre);
+                self.places.extend(is_wanted.then_some(place));
             } else if let Some(sample) = samples.sites.get(place as usize - count) {
-                let is_asked = samples.takes_uncut(how, sample);
-                self.asked.extend(is_asked.then_some(place));
+                let is_wanted = samples.takes_uncut(rule, sample);
+                self.places.extend(is_wanted.then_some(place));
             } else {
                 let run = place as usize - count - sites;
-                let is_asked = samples.takes_uncut(how, &samples.clouds.runs[run].whole);
-                self.asked_runs.extend(is_asked.then_some(run as u32));
+                let is_wanted = samples.takes_uncut(rule, &samples.clouds.runs[run].whole);
+                self.runs.extend(is_wanted.then_some(run as u32));
             }
         }
-        self.add_asked(number, program, on);
+        self.add_on_places(number, program, on);
     }
 
-    /// Adds the forces of a program on the samples and runs that are asked for.
-    fn add_asked(&mut self, number: u32, program: &Program, on: &mut Summing<'_, impl Frames>) {
+    /// Adds the forces of a program on the samples and runs in its lists.
+    fn add_on_places(&mut self, number: u32, program: &Program, on: &mut Summing<'_, impl Frames>) {
         let samples = on.scene.samples;
         let mut pairs = std::mem::take(&mut self.pairs);
         pairs.clear();
         let reach = self.index.reach(number);
-        for place in &self.asked {
+        for place in &self.places {
             let point = sample_at(samples, *place).world_point;
             let instances = reach.at(program, point);
             pairs.extend(instances.iter().map(|instance| (*instance, *place)));
@@ -220,7 +220,7 @@ impl Programs {
         self.each_instance(program, &mut pairs, on, Self::add_on_samples);
         pairs.clear();
         let reach = self.index.reach(number);
-        for run in &self.asked_runs {
+        for run in &self.runs {
             let run = &samples.clouds.runs[*run as usize];
             let point = samples.centres[run.whole.body as usize].world_point;
             reach.around(program, point, samples.extent_of(run), &mut self.near);
@@ -239,7 +239,7 @@ impl Programs {
         program: &Program,
         pairs: &mut [(u32, u32)],
         on: &mut Summing<'_, impl Frames>,
-        mut add: impl FnMut(&mut Self, &Asking<'_>, &[(u32, u32)], &mut Sums<'_>),
+        mut add: impl FnMut(&mut Self, &InstanceOnLanes<'_>, &[(u32, u32)], &mut Sums<'_>),
     ) {
         let (scene, samples, moment) = (on.scene, on.scene.samples, on.scene.moment);
         if program.instances.len() > 1 {
@@ -248,8 +248,8 @@ impl Programs {
         for pairs in pairs.chunk_by(|a, b| a.0 == b.0) {
             on.frames.fill_instance(scene, program, pairs[0].0);
             let instance = pairs[0].0 as usize;
-            let asked = Asking {
-                wide: LaneInput {
+            let on_lanes = InstanceOnLanes {
+                input: LaneInput {
                     program,
                     instance,
                     frames: on.frames.all(),
@@ -258,13 +258,18 @@ impl Programs {
                 },
                 drag: DragOn::new(program, instance, moment),
             };
-            add(self, &asked, pairs, &mut on.sums);
+            add(self, &on_lanes, pairs, &mut on.sums);
         }
     }
 
     /// Adds the forces of an instance on several samples.
-    fn add_on_samples(&mut self, asked: &Asking<'_>, pairs: &[(u32, u32)], sums: &mut Sums<'_>) {
-        let sample = |place: u32| sample_at(asked.wide.samples, place);
+    fn add_on_samples(
+        &mut self,
+        on_lanes: &InstanceOnLanes<'_>,
+        pairs: &[(u32, u32)],
+        sums: &mut Sums<'_>,
+    ) {
+        let sample = |place: u32| sample_at(on_lanes.input.samples, place);
         let mut all_found = std::mem::take(&mut self.found);
         all_found.clear();
         all_found.resize_with(pairs.len().div_ceil(WIDTH), LaneOutput::default);
@@ -273,61 +278,72 @@ impl Programs {
             for (found, several) in found.iter_mut().zip(several) {
                 let place = |lane: usize| several[lane.min(several.len() - 1)].1;
                 let all: [_; WIDTH] = std::array::from_fn(|lane| sample(place(lane)));
-                *found = asked.wide.on_samples(&all[..several.len()]);
+                *found = on_lanes.input.on_samples(&all[..several.len()]);
             }
         });
         for (found, several) in all_found.iter().zip(pairs.chunks(WIDTH)) {
             for lane in lanes_of(found.defined) {
                 let felt = Felt::on_sample(sample(several[lane].1), found.exact_force(lane));
-                self.add_force(asked, several[lane].1, &felt, sums);
+                self.add_force(on_lanes, several[lane].1, &felt, sums);
             }
             for lane in lanes_of(found.doubtful) {
-                self.add_one(asked, several[lane].1, sums);
+                self.add_one(on_lanes, several[lane].1, sums);
             }
         }
         self.found = all_found;
     }
 
     /// Adds the force of an instance on one sample.
-    fn add_one(&mut self, asked: &Asking<'_>, place: u32, sums: &mut Sums<'_>) {
-        let sample = sample_at(asked.wide.samples, place);
-        if let Some(force) = asked.wide.interpreted(sample, &mut self.machine) {
+    fn add_one(&mut self, on_lanes: &InstanceOnLanes<'_>, place: u32, sums: &mut Sums<'_>) {
+        let sample = sample_at(on_lanes.input.samples, place);
+        if let Some(force) = on_lanes.input.interpreted(sample, &mut self.interpreter) {
             let felt = Felt::on_sample(sample, force);
-            self.add_force(asked, place, &felt, sums);
+            self.add_force(on_lanes, place, &felt, sums);
         }
     }
 
     /// Adds a force on one sample.
-    fn add_force(&mut self, asked: &Asking<'_>, place: u32, felt: &Felt<'_>, sums: &mut Sums<'_>) {
+    fn add_force(
+        &mut self,
+        on_lanes: &InstanceOnLanes<'_>,
+        place: u32,
+        felt: &Felt<'_>,
+        sums: &mut Sums<'_>,
+    ) {
         let force = from_dvec3(felt.exact);
-        let count = asked.wide.samples.centres.len();
+        let count = on_lanes.input.samples.centres.len();
         match (place as usize).checked_sub(count) {
             Some(place) => sums.forces[place] += force,
             None => sums.wrenches[place as usize].force += force,
         }
-        self.note(asked, felt, sums);
+        self.note(on_lanes, felt, sums);
     }
 
     /// Adds the forces of an instance on several blocks.
-    fn add_on_blocks(&mut self, asked: &Asking<'_>, pairs: &[(u32, u32)], sums: &mut Sums<'_>) {
-        let (wide, samples) = (&asked.wide, asked.wide.samples);
+    fn add_on_blocks(
+        &mut self,
+        on_lanes: &InstanceOnLanes<'_>,
+        pairs: &[(u32, u32)],
+        sums: &mut Sums<'_>,
+    ) {
+        let (input, samples) = (&on_lanes.input, on_lanes.input.samples);
         let mut all_found = std::mem::take(&mut self.found);
         all_found.clear();
         all_found.resize_with(pairs.len(), LaneOutput::default);
         each_chunk(&mut all_found, CHUNK, |first, found| {
             for (found, pair) in found.iter_mut().zip(&pairs[first..]) {
-                *found = wide.on_block(pair.1);
+                *found = input.on_block(pair.1);
             }
         });
         for (found, (_, block)) in all_found.iter().zip(pairs) {
             let placed = samples.block(*block);
             for lane in lanes_of(found.defined) {
-                self.add_in_block(asked, &placed, lane, found.exact_force(lane), sums);
+                self.add_in_block(on_lanes, &placed, lane, found.exact_force(lane), sums);
             }
             for lane in lanes_of(found.doubtful) {
-                let force = wide.interpreted(&placed.sample(lane), &mut self.machine);
+                let force = input.interpreted(&placed.sample(lane), &mut self.interpreter);
                 if let Some(force) = force {
-                    self.add_in_block(asked, &placed, lane, force, sums);
+                    self.add_in_block(on_lanes, &placed, lane, force, sums);
                 }
             }
         }
@@ -337,7 +353,7 @@ impl Programs {
     /// Adds a force on one sample of a block.
     fn add_in_block(
         &mut self,
-        asked: &Asking<'_>,
+        on_lanes: &InstanceOnLanes<'_>,
         placed: &PlacedBlock<'_>,
         lane: usize,
         exact: DVec3,
@@ -354,19 +370,19 @@ impl Programs {
         let wrench = &mut sums.wrenches[felt.part.body as usize];
         wrench.force += force;
         wrench.torque += felt.arm.cross(force);
-        self.note(asked, &felt, sums);
+        self.note(on_lanes, &felt, sums);
     }
 
     /// Records the derivative and the reaction of a force.
-    fn note(&mut self, asked: &Asking<'_>, felt: &Felt<'_>, sums: &mut Sums<'_>) {
+    fn note(&mut self, on_lanes: &InstanceOnLanes<'_>, felt: &Felt<'_>, sums: &mut Sums<'_>) {
         let LaneInput {
             program,
             instance,
             frames,
             samples,
             ..
-        } = asked.wide;
-        if let (Some(slowings), Some(drag)) = (&mut sums.slowings, &asked.drag) {
+        } = on_lanes.input;
+        if let (Some(slowings), Some(drag)) = (&mut sums.slowings, &on_lanes.drag) {
             let slowing = drag.of_part(felt.part, felt.fraction, felt.exact);
             slowings.add(felt.part.body, to_dvec3(felt.arm), felt.exact, &slowing);
         }
@@ -389,7 +405,7 @@ impl Programs {
         on: &mut Summing<'_, impl Frames>,
     ) -> bool {
         let scene = on.scene;
-        let Some(bulk) = scene.samples.cut(program.how, body) else {
+        let Some(bulk) = scene.samples.cut(program.sampling_rule, body) else {
             return false;
         };
         // Rounded up, so that no instance that barely reaches the body is missed.
@@ -403,7 +419,7 @@ impl Programs {
         for instance in &self.near {
             on.frames.fill_instance(scene, program, *instance);
         }
-        let machine = &mut self.machine;
+        let interpreter = &mut self.interpreter;
         let mut whole = Vector::ZERO;
         let (mut sum, mut turn) = (DVec3::ZERO, DVec3::ZERO);
         let near = self.near.iter().map(|instance| *instance as usize);
@@ -414,14 +430,14 @@ impl Programs {
             number: body,
         };
         self.cuts
-            .each(program, frames, near, cut, |instance, asked| {
-                let mut force = |query| machine.force(program, instance, frames, query);
-                match asked {
-                    Asked::Whole(query) => {
+            .each(program, frames, near, cut, |instance, sample| {
+                let mut force = |query| interpreter.force(program, instance, frames, query);
+                match sample {
+                    SampleOf::Whole(query) => {
                         let one = force(query).map(from_dvec3);
                         whole += one.unwrap_or(Vector::ZERO);
                     }
-                    Asked::Piece(query, weight, arm) => {
+                    SampleOf::Piece(query, weight, arm) => {
                         let one = force(query).map_or(DVec3::ZERO, |force| force * weight);
                         sum += one;
                         turn += arm.cross(one);

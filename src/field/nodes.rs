@@ -139,16 +139,16 @@ impl<'a> Nodes<'a> {
     }
 
     /// The sampling rule of a term.
-    pub(crate) fn how(self, term: u32) -> SamplingRule {
+    pub(crate) fn sampling_rule(self, term: u32) -> SamplingRule {
         let below = self.below(term);
         let scales = below.iter().filter_map(|node| self.scale(*node));
         let fields = below.iter().filter_map(|node| self.field(*node));
-        let mut how = SamplingRule::of_term(fields, scales);
+        let mut rule = SamplingRule::of_term(fields, scales);
         // Operators and limits are not linear.
         let is_plain =
             |node: &u32| matches!(self.get(*node), Node::Leaf(_) | Node::Instances { .. });
-        how.linear &= below.iter().all(is_plain);
-        how
+        rule.linear &= below.iter().all(is_plain);
+        rule
     }
 
     /// The anchors of a node, or of its instances.

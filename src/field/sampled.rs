@@ -35,7 +35,7 @@ impl Field {
     }
 
     /// The sampling rule of the field by itself.
-    fn how(&self) -> SamplingRule {
+    fn sampling_rule(&self) -> SamplingRule {
         let of_sites = self.coupling != Coupling::Share && !self.formula.reads_volume();
         let auto = self.sampling == Sampling::Auto;
         let sampling = match (&self.formula, self.sampling) {
@@ -99,7 +99,7 @@ impl SamplingRule {
             at_centres &= field.acts_at_centre();
             shared_out &= field.is_shared_out();
         });
-        let finest = fields.map(Field::how).reduce(SamplingRule::finer);
+        let finest = fields.map(Field::sampling_rule).reduce(SamplingRule::finer);
         let mut finest = finest.unwrap_or(SamplingRule::CENTRE);
         finest.apart |= reads_parts;
         if reacts {

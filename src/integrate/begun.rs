@@ -16,7 +16,7 @@ pub(crate) struct BegunStep<'a> {
     /// Free bodies that were awake before Rapier's step but not read in the first half, in the order of their handles.
     pub late: &'a [RigidBodyHandle],
     /// True if there are no detection fields, so that no contact depends on paths and these may still be changed.
-    pub may_redo: bool,
+    pub may_retry: bool,
 }
 
 impl BegunStep<'_> {

@@ -1,8 +1,8 @@
 //! The inputs of the integration stage for a step.
 
 use super::caps::Caps;
-use super::fault::{FaultPolicy, Sift};
-use super::plan::Choice;
+use super::fault::{DropNonFinite, FaultPolicy};
+use super::plan::PlanRules;
 use super::reaction::Reactions;
 use super::scheme::Scheme;
 use crate::compile::Compiled;
@@ -50,7 +50,7 @@ pub(crate) struct MotionRules<'a> {
     pub reactions: Option<&'a Reactions>,
     pub on_fault: FaultPolicy,
     /// Set if contributions that are not finite are to be left out.
-    pub sift: Option<Sift<'a>>,
+    pub drop_non_finite: Option<DropNonFinite<'a>>,
 }
 
 impl<W: Lookup> StepContext<'_, W> {
@@ -75,13 +75,13 @@ impl<W: Lookup> StepContext<'_, W> {
 
     /// The rules by which the scheme chooses a plan for each body; `None` if it does not choose. Steps of
     /// fourth order are off if forces read velocities.
-    pub(super) fn choice(&self) -> Option<Choice> {
-        let choice = self.rules.scheme.choice()?;
-        let is_fourth = choice.is_fourth && !self.compiled.reads_velocity;
-        Some(Choice {
+    pub(super) fn plan_rules(&self) -> Option<PlanRules> {
+        let plan_rules = self.rules.scheme.plan_rules()?;
+        let is_fourth = plan_rules.is_fourth && !self.compiled.reads_velocity;
+        Some(PlanRules {
             is_fourth,
-            most: choice.most.min(self.rules.max_substeps),
-            ..choice
+            most: plan_rules.most.min(self.rules.max_substeps),
+            ..plan_rules
         })
     }
 

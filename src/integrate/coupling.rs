@@ -131,14 +131,14 @@ impl Slope {
 
 /// The causes besides the coupled force that change the momentum of a body.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Besides {
+pub(super) struct ExternalTerms {
     /// Rapier's own force and torque: gravity and the user's force, or the reactions of held bodies.
     pub pull: Vector6<f64>,
     pub damping: [f64; 2],
     pub momentum: Vector6<f64>,
 }
 
-impl Besides {
+impl ExternalTerms {
     pub(super) fn wrench(&self) -> Vector6<f64> {
         let [linear, angular] = self.damping;
         let lost = |from: usize, rate: f64| self.momentum.fixed_rows::<3>(from) * rate;
@@ -152,7 +152,7 @@ impl Besides {
 
     /// These causes after `wrench` has acted for `duration`.
     pub(super) fn after(&self, wrench: &Vector6<f64>, duration: f64) -> Self {
-        Besides {
+        ExternalTerms {
             momentum: self.momentum + wrench * duration,
             ..*self
         }
@@ -204,11 +204,11 @@ impl LinearisedWrench {
         &self,
         mobility: &Mobility,
         here: &Vector6<f64>,
-        besides: &Besides,
+        external: &ExternalTerms,
         duration: f64,
     ) -> Option<Vector6<f64>> {
-        let [linear, angular] = besides.damping;
-        let all = here + besides.wrench();
+        let [linear, angular] = external.damping;
+        let all = here + external.wrench();
         if let Slope::OfPoint(slope) = &self.slope {
             let mut rate = slope * duration;
             for (mut column, inv_mass) in rate.column_iter_mut().zip(mobility.inv_mass.to_array()) {
@@ -219,7 +219,7 @@ impl LinearisedWrench {
             let turned = all.fixed_rows::<3>(3) * phi1(-angular * duration);
             return Some(join(pushed, turned));
         }
-        mean6(&(self.rate(mobility, besides.damping) * duration), &all)
+        mean6(&(self.rate(mobility, external.damping) * duration), &all)
     }
 
     /// (1 − ½ duration A)⁻¹ times a wrench, where A is the rate at which it changes: one round of Newton's method for

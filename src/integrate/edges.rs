@@ -121,7 +121,7 @@ impl Edges {
     pub(crate) fn begin(&mut self, step: u64, dt: Real, scheme: Scheme) {
         let (last, dt) = (self.dt, to_f64(dt));
         (self.step, self.dt) = (step, dt);
-        let tolerance = scheme.choice().map(|choice| choice.tolerance);
+        let tolerance = scheme.plan_rules().map(|plan_rules| plan_rules.tolerance);
         self.share = tolerance.map_or(FOLLOWED_FROM, |it| it.min(FOLLOWED_FROM));
         if dt != last {
             for account in &mut self.accounts {
@@ -230,15 +230,15 @@ impl Edges {
 
     /// Warns of the bodies whose errors have become too large, and returns the largest error under a scheme with a
     /// tolerance.
-    pub(crate) fn tell(&mut self, scheme: Scheme, warnings: &mut Vec<StepWarning>) -> f64 {
-        let choice = scheme.choice();
+    pub(crate) fn report(&mut self, scheme: Scheme, warnings: &mut Vec<StepWarning>) -> f64 {
+        let plan_rules = scheme.plan_rules();
         let mut worst = 0.0_f64;
         for account in &mut self.accounts {
             let (body, error) = (account.body, account.gained.abs() / account.scale);
-            let warning = match choice {
-                Some(choice) if error > choice.tolerance => {
+            let warning = match plan_rules {
+                Some(plan_rules) if error > plan_rules.tolerance => {
                     worst = worst.max(error);
-                    StepWarning::missed(choice, body, error)
+                    StepWarning::missed(plan_rules, body, error)
                 }
                 None if error > BAD && account.crossings >= OFTEN => StepWarning::AbruptForce {
                     body,

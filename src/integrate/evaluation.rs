@@ -7,12 +7,12 @@ use super::balance::EnergyBalance;
 use super::coupling::LinearisedWrench;
 use super::fault::Fault;
 use super::predicted::PredictedMotion;
-use super::stiffness::{Estimate, Treatment};
+use super::stiffness::{Estimate, StiffMethod};
 use super::{Integrator, StepContext};
 use crate::math::{Real, RigidBodyHandle, Vector};
 use crate::rigid::{Body, Lookup, PartsMark, Wrench, find, find_next_place, is_in_order};
 
-/// The wrenches on some bodies, with derivatives and treatments. Unless something changes, the next step begins with
+/// The wrenches on some bodies, with derivatives and the methods for stiff bodies. Unless something changes, the next step begins with
 /// the evaluation at the end of this one.
 #[derive(Clone, Debug, Default)]
 #[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
@@ -33,8 +33,8 @@ pub(crate) struct Evaluation {
     pub outdated: bool,
     /// The linearisations of bodies that have one, in the order of their places.
     pub estimates: Vec<Estimate>,
-    /// The treatments of bodies that are not simply kicked, with their places, in the order of these.
-    pub treatments: Vec<(usize, Treatment)>,
+    /// The methods for bodies that are not simply kicked, with their places, in the order of these.
+    pub stiff_methods: Vec<(usize, StiffMethod)>,
     /// The places of bodies whose step is to be repeated with a finer plan, in order.
     #[cfg_attr(feature = "serde-serialize", serde(skip))]
     pub missed: Vec<usize>,
@@ -53,26 +53,26 @@ impl Evaluation {
         found.ok().map(|found| &self.estimates[found])
     }
 
-    pub(super) fn treatment(&self, place: usize) -> Option<Treatment> {
-        let found = self.treatments.binary_search_by_key(&place, |it| it.0);
-        found.ok().map(|found| self.treatments[found].1)
+    pub(super) fn stiff_method(&self, place: usize) -> Option<StiffMethod> {
+        let found = self.stiff_methods.binary_search_by_key(&place, |it| it.0);
+        found.ok().map(|found| self.stiff_methods[found].1)
     }
 
     /// The balance of a body in the steps before this one.
     pub(super) fn balance(&self, place: usize) -> EnergyBalance {
-        match self.treatment(place) {
-            Some(Treatment::Resolve { balance, .. }) => balance,
+        match self.stiff_method(place) {
+            Some(StiffMethod::Resolve { balance, .. }) => balance,
             _ => EnergyBalance::default(),
         }
     }
 
     /// Takes over the balances of bodies that were and are moved within steps.
     pub(super) fn carry_balances(&mut self, last: &Evaluation) {
-        if last.treatments.is_empty() {
+        if last.stiff_methods.is_empty() {
             return;
         }
-        for (place, treatment) in &mut self.treatments {
-            if let Treatment::Resolve { balance, .. } = treatment
+        for (place, stiff_method) in &mut self.stiff_methods {
+            if let StiffMethod::Resolve { balance, .. } = stiff_method
                 && let Some(before) = last.place_of(self.bodies[*place])
             {
                 *balance = last.balance(before);
@@ -92,7 +92,7 @@ impl Evaluation {
         self.parts.clear();
         self.couplings.clear();
         self.estimates.clear();
-        self.treatments.clear();
+        self.stiff_methods.clear();
         self.missed.clear();
         self.left_out.clear();
         self.outdated = false;
@@ -124,8 +124,8 @@ impl Evaluation {
                 places(self.estimates.iter().map(|it| it.place), count),
             ),
             (
-                "treatments",
-                places(self.treatments.iter().map(|it| it.0), count),
+                "stiff_methods",
+                places(self.stiff_methods.iter().map(|it| it.0), count),
             ),
             ("left_out", places(self.left_out.iter().copied(), count)),
         ];
@@ -139,7 +139,7 @@ impl Evaluation {
             .or_else(|| first_unsound(&self.centres, "centres", |it| it.is_finite()))
             .or_else(|| first_unsound(&self.couplings, "couplings", coupled))
             .or_else(|| first_unsound(&self.estimates, "estimates", Estimate::is_sound))
-            .or_else(|| first_unsound(&self.treatments, "treatments", |it| it.1.is_sound()))
+            .or_else(|| first_unsound(&self.stiff_methods, "stiff_methods", |it| it.1.is_sound()))
     }
 
     /// Makes this the evaluation of `bodies`: the wrenches are those of `found` for bodies at `places`, of `last` for
@@ -196,7 +196,7 @@ impl Evaluation {
         keep(&mut self.couplings, &places);
         let moved = |place: &mut usize| places[*place].map(|now| *place = now).is_some();
         self.estimates.retain_mut(|it| moved(&mut it.place));
-        self.treatments.retain_mut(|it| moved(&mut it.0));
+        self.stiff_methods.retain_mut(|it| moved(&mut it.0));
         self.missed.retain_mut(moved);
         self.left_out.retain_mut(moved);
     }

@@ -64,7 +64,7 @@ pub enum FaultPolicy {
 }
 
 /// Computes the wrenches on the bodies of a fault, in their order, without contributions that are not finite.
-pub(crate) type Sift<'a> = &'a dyn Fn(&Fault) -> Vec<Wrench>;
+pub(crate) type DropNonFinite<'a> = &'a dyn Fn(&Fault) -> Vec<Wrench>;
 
 /// Wrenches or speeds that cannot be given to Rapier.
 #[derive(Debug)]

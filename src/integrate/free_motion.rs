@@ -6,7 +6,7 @@
 //! v + (n − 1)/2n · a dt, damped.
 
 use super::StepContext;
-use super::coupling::Besides;
+use super::coupling::ExternalTerms;
 use super::motion::{MeanVelocity, VelocityUpdate};
 use crate::eval::CentreForce;
 use crate::math::{DVec3, Real, RigidBodyHandle, Vector, from_f64, to_dvec3, to_f64};
@@ -171,7 +171,7 @@ impl FreeMotion {
     }
 
     /// These causes, for a kick that is solved for.
-    pub(super) fn besides(&self, body: &Body) -> Besides {
+    pub(super) fn external(&self, body: &Body) -> ExternalTerms {
         let momentum = match self.damping {
             [0.0, 0.0] => Vector6::zeros(),
             _ => six(
@@ -179,7 +179,7 @@ impl FreeMotion {
                 body.angular_momentum_now(),
             ),
         };
-        Besides {
+        ExternalTerms {
             damping: self.damping.map(to_f64),
             momentum,
             ..self.pull(body)
@@ -187,10 +187,10 @@ impl FreeMotion {
     }
 
     /// Gravity and the user's force alone.
-    pub(super) fn pull(&self, body: &Body) -> Besides {
-        Besides {
+    pub(super) fn pull(&self, body: &Body) -> ExternalTerms {
+        ExternalTerms {
             pull: six(to_dvec3(self.own * body.mass), DVec3::ZERO),
-            ..Besides::default()
+            ..ExternalTerms::default()
         }
     }
 

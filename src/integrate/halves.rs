@@ -16,7 +16,7 @@ use crate::rigid::{Body, Lookup, Wrench};
 const HIT: f64 = 0.01;
 
 /// Returns whether a wrench acts on a body, and whether the body is to be woken or kept from falling asleep.
-pub(crate) type Acts<'a> = &'a dyn Fn(usize, &Body, Wrench) -> (bool, bool);
+pub(crate) type WakeDecision<'a> = &'a dyn Fn(usize, &Body, Wrench) -> (bool, bool);
 
 impl Integrator {
     /// Computes the motions to write before Rapier's step.
@@ -24,31 +24,33 @@ impl Integrator {
         &mut self,
         context: &StepContext<'_, impl Lookup>,
         evaluation: &Evaluation,
-        acts: Acts<'_>,
+        decide: WakeDecision<'_>,
         motions: &mut Motions,
     ) -> Result<(), Fault> {
         motions.clear();
         self.fastest = None;
         self.passages.clear();
-        self.kick(context, evaluation, None, acts, motions)?;
+        self.kick(context, evaluation, None, decide, motions)?;
         self.move_within(context, evaluation, motions)?;
         motions.sort();
         Ok(())
     }
 
     /// Computes the motions to write after Rapier's step: the second half of a kick, for all bodies that were not
-    /// settled in the first one.
+    /// completed in the first one.
     pub(crate) fn second_half(
         &mut self,
         context: &StepContext<'_, impl Lookup>,
         evaluation: &Evaluation,
         begun: &BegunStep<'_>,
-        acts: Acts<'_>,
+        decide: WakeDecision<'_>,
         motions: &mut Motions,
     ) -> Result<(), Fault> {
         motions.clear();
-        self.kick(context, evaluation, Some(begun), acts, motions)?;
-        let told = context.choice().map_or(HIT, |choice| choice.tolerance);
+        self.kick(context, evaluation, Some(begun), decide, motions)?;
+        let told = context
+            .plan_rules()
+            .map_or(HIT, |plan_rules| plan_rules.tolerance);
         if let Some((_, error)) = motions.worst_hit {
             self.reached = self.reached.max(error);
             motions.worst_hit = motions.worst_hit.filter(|_| error > told || error.is_nan());
@@ -63,7 +65,7 @@ impl Integrator {
         context: &StepContext<'_, impl Lookup>,
         evaluation: &Evaluation,
         begun: Option<&BegunStep<'_>>,
-        acts: Acts<'_>,
+        decide: WakeDecision<'_>,
         motions: &mut Motions,
     ) -> Result<(), Fault> {
         let together = match begun {
@@ -107,12 +109,12 @@ impl Integrator {
                 _ => method,
             };
             let wrench = evaluation.wrenches[place];
-            let (acts, wake) = acts(place, body, wrench);
+            let (acts, wake) = decide(place, body, wrench);
             if !acts {
                 continue;
             }
             if let Method::Inner(plan) = method {
-                motions.complete_by(body.handle, Completion::Settled);
+                motions.complete_by(body.handle, Completion::Completed);
                 motions.inner.push(Start::new(place, plan, wake));
                 continue;
             }

@@ -1,7 +1,7 @@
 //! The kick of one body, before or after Rapier's step.
 
 use super::context::{MotionRules, StepContext};
-use super::coupling::{Besides, LinearisedWrench};
+use super::coupling::{ExternalTerms, LinearisedWrench};
 use super::evaluation::Evaluation;
 use super::free_motion::FreeMotion;
 use super::implicit::implicit_change;
@@ -135,7 +135,7 @@ impl<'a> Kick<'a> {
         let twice = self.rules.scheme.kicks_twice();
         let (duration, implicit) = method.kick()?;
         if implicit {
-            motions.complete_by(body.handle, Completion::Settled);
+            motions.complete_by(body.handle, Completion::Completed);
         }
         // A single kick leaves damping to Rapier.
         let free = match self.free_motion() {
@@ -176,7 +176,7 @@ impl<'a> Kick<'a> {
         let motion = self.free_motion();
         let free = before.is_free().then_some(&motion);
         let solved = if implicit {
-            let pull = free.map_or(Besides::default(), |free| free.pull(body));
+            let pull = free.map_or(ExternalTerms::default(), |free| free.pull(body));
             self.implicit(&pull, duration)
         } else {
             self.solved(free, duration)
@@ -195,7 +195,7 @@ impl<'a> Kick<'a> {
             .as_ref()
             .is_some_and(|(update, _)| self.outdates(update));
         if true_after && !motion.is_none() {
-            motions.complete_by(body.handle, Completion::Ahead);
+            motions.complete_by(body.handle, Completion::TimeCentred);
         }
         let still = felt == Wrench::ZERO && lag == Vector::ZERO && free.is_none();
         if still && solved.is_none() && !self.wake {
@@ -221,7 +221,7 @@ impl<'a> Kick<'a> {
         let (coupling, now) = (self.coupling?, velocities(self.body));
         let change = coupling.at(&now) - was.at(&now);
         let (mobility, duration) = (Mobility::of(self.body), 0.5 * to_f64(self.dt));
-        let mean = coupling.mean(&mobility, &change, &Besides::default(), duration)?;
+        let mean = coupling.mean(&mobility, &change, &ExternalTerms::default(), duration)?;
         let (force, torque) = rounded(&mean);
         let felt = self
             .free_motion()
@@ -238,32 +238,32 @@ impl<'a> Kick<'a> {
     fn load(&self, method: Method, motions: &mut Motions) -> Wrench {
         let (rules, body, dt) = (self.rules, self.body, self.dt);
         // Gravity acts besides the load, and so do the contacts and joints that hold the body.
-        let besides = match self.loaded.and_then(|known| known.on(body)) {
+        let external = match self.loaded.and_then(|known| known.on(body)) {
             _ if !self.held => self.free_motion().pull(body),
             known => known.unwrap_or_default(),
         };
         let all = match method {
             Method::Implicit(duration) => {
-                let solved = self.implicit(&besides, duration);
+                let solved = self.implicit(&external, duration);
                 solved.map(|(update, _)| Load::making(body, &update, dt))
             }
-            _ => self.mean(&besides, dt),
+            _ => self.mean(&external, dt),
         };
         // Only a plain load is completed by a second half.
         if !matches!(method, Method::Kick(_)) {
-            motions.complete_by(body.handle, Completion::Settled);
+            motions.complete_by(body.handle, Completion::Completed);
         } else if all.is_some() {
             let sloped = self.coupling.filter(|_| rules.scheme.kicks_twice());
             let completion = match sloped {
                 Some(coupling) => motions.keep_slope(*coupling),
-                None => Completion::Settled,
+                None => Completion::Completed,
             };
             motions.complete_by(body.handle, completion);
         }
         let Some(all) = all else {
             return self.wrench;
         };
-        let load = all.plus(besides.as_wrench().times(-1.0));
+        let load = all.plus(external.as_wrench().times(-1.0));
         if self.held {
             motions.react(self.loaded, body, &load, dt);
         }
@@ -276,10 +276,10 @@ impl<'a> Kick<'a> {
     }
 
     /// The mean over a kick of everything that changes the momentum, if the force reads velocities.
-    fn mean(&self, besides: &Besides, duration: Real) -> Option<Wrench> {
+    fn mean(&self, external: &ExternalTerms, duration: Real) -> Option<Wrench> {
         let (coupling, mobility) = (self.coupling?, Mobility::of(self.body));
         let here = coupling.at(&velocities(self.body));
-        let mean = coupling.mean(&mobility, &here, besides, to_f64(duration))?;
+        let mean = coupling.mean(&mobility, &here, external, to_f64(duration))?;
         let (force, torque) = rounded(&mean);
         Some(Wrench { force, torque })
     }
@@ -287,10 +287,10 @@ impl<'a> Kick<'a> {
     /// A kick that is solved for the velocities, if the force reads them.
     fn solved(&self, free: Option<&FreeMotion>, duration: Real) -> Option<Kicked> {
         let (coupling, mobility) = (self.coupling?, Mobility::of(self.body));
-        let besides = free.map_or(Besides::default(), |free| free.besides(self.body));
+        let external = free.map_or(ExternalTerms::default(), |free| free.external(self.body));
         let now = velocities(self.body);
         let (here, duration) = (coupling.at(&now), to_f64(duration));
-        let impulse = coupling.mean(&mobility, &here, &besides, duration)? * duration;
+        let impulse = coupling.mean(&mobility, &here, &external, duration)? * duration;
         let change = mobility.apply(&impulse);
         let (now, change) = (pair(&now), pair(&change));
         let after = |was, more| real(stopped::<f64>(constant(was), constant(more)));
@@ -311,7 +311,7 @@ impl<'a> Kick<'a> {
 
     /// A linearly implicit kick, and the change of the angular momentum of a free top; `None` if
     /// there is no Jacobian for it.
-    fn implicit(&self, besides: &Besides, duration: Real) -> Option<Kicked> {
+    fn implicit(&self, external: &ExternalTerms, duration: Real) -> Option<Kicked> {
         let (body, jacobian) = (self.body, self.jacobian?);
         let now = velocities(body);
         let wrench = self
@@ -320,7 +320,7 @@ impl<'a> Kick<'a> {
         let change = implicit_change(
             &Mobility::of(body),
             jacobian,
-            &(wrench + besides.pull),
+            &(wrench + external.pull),
             &now,
             to_f64(duration),
         )?;

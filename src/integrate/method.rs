@@ -4,7 +4,7 @@ use super::begun::BegunBody;
 use super::evaluation::Evaluation;
 use super::motion::Completion;
 use super::plan::StepPlan;
-use super::stiffness::Treatment;
+use super::stiffness::StiffMethod;
 use super::{Scheme, StepContext, Substeps};
 use crate::math::{Real, Vector, to_f64};
 use crate::rigid::{Lookup, Wrench, find};
@@ -44,14 +44,14 @@ pub(super) fn method_of(
             return Some(Method::Kick(dt * 0.5));
         }
         let late = find(begun.step.late, body).is_some();
-        let settled = begun.completion.is_some_and(Completion::is_settled);
-        let redone = || evaluation.missed.binary_search(&place).is_ok();
-        if !(context.rules.scheme.kicks_twice() || late) || settled || redone() {
+        let completed = begun.completion.is_some_and(Completion::is_completed);
+        let retried = || evaluation.missed.binary_search(&place).is_ok();
+        if !(context.rules.scheme.kicks_twice() || late) || completed || retried() {
             return None;
         }
         let duration = if late { dt } else { dt * 0.5 };
-        return Some(match evaluation.treatment(place) {
-            Some(Treatment::Damp) => Method::Implicit(duration),
+        return Some(match evaluation.stiff_method(place) {
+            Some(StiffMethod::Damp) => Method::Implicit(duration),
             _ => Method::Kick(duration),
         });
     }
@@ -68,12 +68,16 @@ pub(super) fn method_of(
         }),
         Scheme::Forward4 => Method::Inner(StepPlan::FORWARD),
         Scheme::KickDriftKick | Scheme::Auto { .. } | Scheme::Substep(_) => {
-            match (evaluation.treatment(place), context.choice()) {
-                (Some(Treatment::Damp), _) => Method::Implicit(dt),
-                (Some(Treatment::Resolve { pace, .. }), Some(choice))
+            match (evaluation.stiff_method(place), context.plan_rules()) {
+                (Some(StiffMethod::Damp), _) => Method::Implicit(dt),
+                (Some(StiffMethod::Resolve { rate_estimate, .. }), Some(plan_rules))
                     if !stands(context, evaluation, place) =>
                 {
-                    Method::Inner(choice.first(pace, to_f64(dt), context.compiled.reads_velocity))
+                    Method::Inner(plan_rules.first(
+                        rate_estimate,
+                        to_f64(dt),
+                        context.compiled.reads_velocity,
+                    ))
                 }
                 _ => Method::Kick(dt * 0.5),
             }
@@ -96,14 +100,21 @@ pub(super) fn together(
     context: &StepContext<'_, impl Lookup>,
     evaluation: &Evaluation,
 ) -> Option<StepPlan> {
-    let choice = context.choice()?;
-    let paces = evaluation.treatments.iter();
-    let paces = paces.filter_map(|(place, treatment)| match treatment {
-        Treatment::Resolve { pace, .. } if !stands(context, evaluation, *place) => Some(*pace),
+    let plan_rules = context.plan_rules()?;
+    let rate_estimates = evaluation.stiff_methods.iter();
+    let rate_estimates = rate_estimates.filter_map(|(place, stiff_method)| match stiff_method {
+        StiffMethod::Resolve { rate_estimate, .. } if !stands(context, evaluation, *place) => {
+            Some(*rate_estimate)
+        }
         _ => None,
     });
-    let plans =
-        paces.map(|pace| choice.first(pace, to_f64(context.dt), context.compiled.reads_velocity));
+    let plans = rate_estimates.map(|rate_estimate| {
+        plan_rules.first(
+            rate_estimate,
+            to_f64(context.dt),
+            context.compiled.reads_velocity,
+        )
+    });
     let finest = plans.min_by(|a, b| a.length().total_cmp(&b.length()))?;
     context.is_coupled().then_some(finest)
 }

@@ -19,25 +19,25 @@ mod implicit;
 mod jacobian;
 mod kick;
 mod load;
+mod lookahead;
 mod mean_velocity;
 mod method;
 mod monitor;
 mod motion;
-mod pace;
 mod particles;
 mod plan;
 mod predicted;
+mod rate_estimate;
 mod reaction;
-mod redo;
 mod resolve;
+mod retry;
 mod scheme;
-mod scout;
 mod secant;
 mod spins;
 mod stability;
 mod stiffness;
 mod substeps;
-mod watch;
+mod warn;
 
 pub use fault::FaultPolicy;
 pub(crate) use scheme::MOST_AUTO;
@@ -50,7 +50,7 @@ pub(crate) use context::{MotionRules, StepContext};
 pub(crate) use coupling::LinearisedWrench;
 pub(crate) use edges::{Change, Edges};
 pub(crate) use evaluation::{Evaluation, first_unsound};
-pub(crate) use fault::{Fault, FaultKind, Sift};
+pub(crate) use fault::{DropNonFinite, Fault, FaultKind};
 pub(crate) use free_motion::{FreeMotion, FreeMotions};
 pub(crate) use kick::Kick;
 pub(crate) use load::Before;
@@ -60,9 +60,9 @@ pub(crate) use motion::{
 };
 pub(crate) use particles::{Durations, ParticleMotion, ParticleState, Particles};
 pub(crate) use reaction::{Loaded, Reactions};
-pub(crate) use redo::Redone;
+pub(crate) use retry::Retried;
 pub(crate) use spins::{SpinRules, Spins};
-pub(crate) use watch::{stiff_from, warn_of_caps, warn_of_springs};
+pub(crate) use warn::{stiff_from, warn_of_caps, warn_of_springs};
 
 use crate::eval::{BodySlowings, Evaluator, Lineariser};
 use crate::math::RigidBodyHandle;
@@ -75,7 +75,7 @@ pub(crate) struct Integrator {
     lineariser: Lineariser,
     /// The slopes of drag and wind on the bodies, from the last evaluation.
     slowings: BodySlowings,
-    scout: scout::Scout,
+    lookahead: lookahead::Lookahead,
     drifts: drift::Drifts,
     substeps: substeps::SubstepIntegrator,
     /// A buffer: bodies of the same plan, which are moved together.

@@ -6,10 +6,10 @@ use super::coupling::LinearisedWrench;
 use super::evaluation::Evaluation;
 use super::jacobian::{self, Jacobian};
 use super::motion::{Motions, Resolved};
-use super::plan::{CAUTION, Choice, StepPlan};
+use super::plan::{CAUTION, PlanRules, StepPlan};
 use super::secant::fourth_power;
 use super::stability::COUPLED;
-use super::stiffness::{Estimate, Rates, StepWarning, Treatment};
+use super::stiffness::{Estimate, Rates, StepWarning, StiffMethod};
 use super::{Integrator, Scheme, StepContext};
 use crate::eval::Terms;
 use crate::math::{Real, RigidBodyHandle, to_dvec3, to_f64};
@@ -22,7 +22,7 @@ const LOST: f64 = 1.0;
 const BROKEN: f64 = 1.0;
 
 impl Integrator {
-    /// After an evaluation that the previous step did not make: chooses treatments under schemes that choose, warns
+    /// After an evaluation that the previous step did not make: chooses methods under schemes that choose, warns
     /// under others, and prepares kicks by forces that read velocities. `stiff` are the bodies found stiff last, in the
     /// order of their handles. `all` is true if any body may be stiff, because the fields or the bodies differ from
     /// those of the `last` evaluation.
@@ -46,31 +46,31 @@ impl Integrator {
             self.candidates.clear();
             self.candidates.extend(0..evaluation.bodies.len());
             self.estimate_candidates(context, evaluation);
-            self.watch_implicit(context, evaluation, warnings);
+            self.warn_of_implicit(context, evaluation, warnings);
         } else if !context.compiled.varies() {
             // No field is stiff.
-        } else if scheme.choice().is_none() {
+        } else if scheme.plan_rules().is_none() {
             if joined {
-                self.watch_new(context, evaluation, last, warnings);
+                self.warn_of_new(context, evaluation, last, warnings);
             }
         } else if all {
             self.candidates.clear();
             self.candidates.extend(0..evaluation.bodies.len());
             self.look_into(context, evaluation, stiff);
-            Self::watch_held(context, evaluation, warnings);
+            Self::warn_of_held(context, evaluation, warnings);
         } else {
-            let mut scout = std::mem::take(&mut self.scout);
-            scout.look(&mut self.motions, context, &evaluation.wrenches, 1.0);
+            let mut lookahead = std::mem::take(&mut self.lookahead);
+            lookahead.look(&mut self.motions, context, &evaluation.wrenches, 1.0);
             let drifts = self.drifts(context, context.bodies, 0.0);
             self.find_candidates(context, evaluation, stiff, |place| {
-                let shown = scout.shown(context, place, evaluation.wrenches[place]);
+                let shown = lookahead.shown(context, place, evaluation.wrenches[place]);
                 Some(drifts.shown(&context.bodies[place], shown.powi(2)))
             });
-            (self.scout, self.drifts) = (scout, drifts);
+            (self.lookahead, self.drifts) = (lookahead, drifts);
             self.look_into(context, evaluation, stiff);
         }
         if joined && context.compiled.varies() && !context.rules.links.is_empty() {
-            self.watch_new_links(context, evaluation, last, warnings);
+            self.warn_of_new_links(context, evaluation, last, warnings);
         }
         evaluation.carry_balances(last);
         warn_of_damped(context, evaluation, last, warnings);
@@ -97,9 +97,9 @@ impl Integrator {
             let was = last.map_or(Wrench::ZERO, |last| last.wrenches[place]);
             fourth_power(context, place, evaluation.wrenches[place], was)
         };
-        match context.choice() {
-            Some(choice) => {
-                let together = stay_together(choice, context, first);
+        match context.plan_rules() {
+            Some(plan_rules) => {
+                let together = stay_together(plan_rules, context, first);
                 // Bodies that are led have arrived, and have only the velocity of the step before now.
                 let drifts = self.drifts(context, context.bodies, -to_f64(context.dt));
                 self.find_candidates(context, evaluation, stiff, |place| {
@@ -117,7 +117,7 @@ impl Integrator {
                 });
                 self.drifts = drifts;
                 // Bodies that are not linearised have a smaller error.
-                self.reached = CAUTION * choice.tolerance;
+                self.reached = CAUTION * plan_rules.tolerance;
                 self.look_into(context, evaluation, stiff);
                 self.judge(context, evaluation, begun, together, stiff, warnings);
                 warn_of_damped(
@@ -126,7 +126,7 @@ impl Integrator {
                     last.unwrap_or(&Evaluation::default()),
                     warnings,
                 );
-                Self::watch_held(context, evaluation, warnings);
+                Self::warn_of_held(context, evaluation, warnings);
                 if last.is_some() && !context.rules.links.is_empty() {
                     self.warn(context, evaluation, |it| fourth(evaluation, it), warnings);
                 }
@@ -147,7 +147,7 @@ impl Integrator {
         places: impl Iterator<Item = usize>,
         stiff: &mut Vec<RigidBodyHandle>,
     ) {
-        if context.choice().is_none() || !context.compiled.varies() {
+        if context.plan_rules().is_none() || !context.compiled.varies() {
             return;
         }
         self.candidates.clear();
@@ -156,14 +156,14 @@ impl Integrator {
             return;
         }
         let estimates = std::mem::take(&mut evaluation.estimates);
-        let known = std::mem::take(&mut evaluation.treatments);
+        let known = std::mem::take(&mut evaluation.stiff_methods);
         self.look_into(context, evaluation, stiff);
         evaluation.estimates.extend(estimates);
         evaluation.estimates.sort_by_key(|estimate| estimate.place);
         evaluation.estimates.dedup_by_key(|estimate| estimate.place);
-        evaluation.treatments.extend(known);
-        evaluation.treatments.sort_by_key(|(place, _)| *place);
-        evaluation.treatments.dedup_by_key(|(place, _)| *place);
+        evaluation.stiff_methods.extend(known);
+        evaluation.stiff_methods.sort_by_key(|(place, _)| *place);
+        evaluation.stiff_methods.dedup_by_key(|(place, _)| *place);
         note_stiff(evaluation, stiff);
     }
 
@@ -178,12 +178,12 @@ impl Integrator {
         stiff: &mut Vec<RigidBodyHandle>,
         warnings: &mut Vec<StepWarning>,
     ) {
-        let Some(choice) = context.choice() else {
+        let Some(plan_rules) = context.plan_rules() else {
             return;
         };
         let (last, first) = (begun.last, begun.motions);
         let dt = to_f64(context.dt);
-        let before = |place| last.and_then(|last| last.treatment(place));
+        let before = |place| last.and_then(|last| last.stiff_method(place));
         let kicked =
             |place: usize| last.is_some() && first.resolved(evaluation.bodies[place]).is_none();
         let changed = |place: usize| {
@@ -193,17 +193,17 @@ impl Integrator {
         // The candidates have been linearised, so their list is free as a buffer.
         let mut wrong = std::mem::take(&mut self.candidates);
         wrong.clear();
-        for (place, treatment) in &evaluation.treatments {
-            let Treatment::Resolve { pace, .. } = treatment else {
+        for (place, stiff_method) in &evaluation.stiff_methods {
+            let StiffMethod::Resolve { rate_estimate, .. } = stiff_method else {
                 self.reached = self.reached.max(LOST);
                 continue;
             };
-            let moved = changed(*place) || before(*place) == Some(Treatment::Damp);
+            let moved = changed(*place) || before(*place) == Some(StiffMethod::Damp);
             if !kicked(*place) || !moved {
                 continue;
             }
-            let error = choice.error(*pace, StepPlan::WHOLE, dt);
-            if error > choice.tolerance {
+            let error = plan_rules.error(*rate_estimate, StepPlan::WHOLE, dt);
+            if error > plan_rules.tolerance {
                 wrong.push(*place);
             } else {
                 self.reached = self.reached.max(error);
@@ -213,77 +213,87 @@ impl Integrator {
             let coupled = context.is_coupled();
             let free = |place: &usize| {
                 let body = &context.bodies[*place];
-                before(*place) != Some(Treatment::Damp)
+                before(*place) != Some(StiffMethod::Damp)
                     && !context.compiled.reads_velocity
                     && begun.hit(body.handle).is_none()
                     && !context.is_held(body)
                     && first.load(body.handle).is_none()
             };
             let all = || (0..evaluation.bodies.len()).filter(|it| !context.bodies[*it].sleeping);
-            if begun.may_redo && coupled && all().all(|place| free(&place) && kicked(place)) {
+            if begun.may_retry && coupled && all().all(|place| free(&place) && kicked(place)) {
                 evaluation.missed.extend(all());
             } else {
                 let again = wrong.iter().copied();
-                let again = again.filter(|place| begun.may_redo && !coupled && free(place));
+                let again = again.filter(|place| begun.may_retry && !coupled && free(place));
                 evaluation.missed.extend(again);
-                for (place, treatment) in &mut evaluation.treatments {
+                for (place, stiff_method) in &mut evaluation.stiff_methods {
                     let listed = |list: &[usize]| list.binary_search(place).is_ok();
-                    let Treatment::Resolve { pace, .. } = *treatment else {
+                    let StiffMethod::Resolve { rate_estimate, .. } = *stiff_method else {
                         continue;
                     };
                     if !listed(&wrong) || listed(&evaluation.missed) {
                         continue;
                     }
-                    let error = choice.error(pace, StepPlan::WHOLE, dt);
+                    let error = plan_rules.error(rate_estimate, StepPlan::WHOLE, dt);
                     self.reached = self.reached.max(error);
                     warnings.push(StepWarning::missed(
-                        choice,
+                        plan_rules,
                         evaluation.bodies[*place],
                         error,
                     ));
-                    if choice.damps && !coupled && pace.omega2.sqrt() * dt > BROKEN {
-                        *treatment = Treatment::Damp;
+                    if plan_rules.damps && !coupled && rate_estimate.omega2.sqrt() * dt > BROKEN {
+                        *stiff_method = StiffMethod::Damp;
                     }
                 }
             }
         }
         self.candidates = wrong;
-        // The treatments of linearised bodies come first, in order.
-        let known = evaluation.treatments.len();
+        // The methods of linearised bodies come first, in order.
+        let known = evaluation.stiff_methods.len();
         for (place, body) in evaluation.bodies.iter().enumerate() {
             let resolved = first.resolved(*body);
             self.reached = self.reached.max(resolved.map_or(0.0, |it| it.error));
-            if let Some(resolved) = resolved.filter(|it| it.error > choice.tolerance) {
-                warnings.push(StepWarning::missed(choice, *body, resolved.error));
+            if let Some(resolved) = resolved.filter(|it| it.error > plan_rules.tolerance) {
+                warnings.push(StepWarning::missed(plan_rules, *body, resolved.error));
             }
-            let treatment = match (resolved, before(place)) {
+            let stiff_method = match (resolved, before(place)) {
                 // A body that was stiff and was not linearised since stays so.
-                (Some(Resolved { pace, balance, .. }), was)
-                    if !choice.is_calm(*pace, dt)
-                        || balance.is_open()
-                        || (together && was.is_some()) =>
+                (
+                    Some(Resolved {
+                        rate_estimate,
+                        balance,
+                        ..
+                    }),
+                    was,
+                ) if !plan_rules.is_calm(*rate_estimate, dt)
+                    || balance.is_open()
+                    || (together && was.is_some()) =>
                 {
-                    Treatment::Resolve {
-                        pace: *pace,
+                    StiffMethod::Resolve {
+                        rate_estimate: *rate_estimate,
                         balance: *balance,
                     }
                 }
                 // The body stood still, and is treated as before.
-                (None, Some(treatment @ Treatment::Resolve { .. })) => treatment,
+                (None, Some(stiff_method @ StiffMethod::Resolve { .. })) => stiff_method,
                 _ => continue,
             };
-            let looked = &evaluation.treatments[..known];
+            let looked = &evaluation.stiff_methods[..known];
             if looked.binary_search_by_key(&place, |it| it.0).is_err() {
-                evaluation.treatments.push((place, treatment));
+                evaluation.stiff_methods.push((place, stiff_method));
             }
         }
-        let treatments = &mut evaluation.treatments;
-        treatments.sort_unstable_by_key(|(place, _)| *place);
-        for (place, treatment) in treatments {
-            if let Treatment::Resolve { pace, balance } = treatment {
+        let stiff_methods = &mut evaluation.stiff_methods;
+        stiff_methods.sort_unstable_by_key(|(place, _)| *place);
+        for (place, stiff_method) in stiff_methods {
+            if let StiffMethod::Resolve {
+                rate_estimate,
+                balance,
+            } = stiff_method
+            {
                 let known = begun.resolved_alone(evaluation.bodies[*place]);
-                let known = known.filter(|known| known.error <= choice.tolerance);
-                let is_calm = choice.is_calm(*pace, dt);
+                let known = known.filter(|known| known.error <= plan_rules.tolerance);
+                let is_calm = plan_rules.is_calm(*rate_estimate, dt);
                 *balance = known.map_or(EnergyBalance::default(), |known| {
                     known.balance.after_step(is_calm)
                 });
@@ -303,11 +313,11 @@ impl Integrator {
         fourth_power: impl Fn(usize) -> Option<Real>,
     ) {
         self.candidates.clear();
-        let Some(choice) = context.choice() else {
+        let Some(plan_rules) = context.plan_rules() else {
             return;
         };
-        let bound = (CAUTION * 4.0 * choice.tolerance).powi(2);
-        let quiet = choice.quiet_rate(to_f64(context.dt));
+        let bound = (CAUTION * 4.0 * plan_rules.tolerance).powi(2);
+        let quiet = plan_rules.quiet_rate(to_f64(context.dt));
         let is_candidate = |place: &usize| {
             if let Some(Some(LinearisedWrench { slope, .. })) = evaluation.couplings.get(*place) {
                 let rate = slope.fastest(&Mobility::of(&context.bodies[*place]));
@@ -325,7 +335,7 @@ impl Integrator {
         self.candidates.extend(places);
     }
 
-    /// Linearises the candidates, and chooses the treatment of stiff ones under a scheme that chooses.
+    /// Linearises the candidates, and chooses the method for stiff ones under a scheme that chooses.
     fn look_into(
         &mut self,
         context: &StepContext<'_, impl Lookup>,
@@ -333,23 +343,29 @@ impl Integrator {
         stiff: &mut Vec<RigidBodyHandle>,
     ) {
         self.estimate_candidates(context, evaluation);
-        let Some(choice) = context.choice() else {
+        let Some(plan_rules) = context.plan_rules() else {
             return;
         };
         let dt = to_f64(context.dt);
         let coupled = !self.candidates.is_empty() && context.is_coupled();
         let share = if coupled { COUPLED } else { 1.0 };
         for estimate in &evaluation.estimates {
-            let mut pace = estimate.rates.pace(choice, dt);
-            pace.omega2 *= share;
-            let treatment = if choice.damps && !coupled && choice.is_hopeless(pace, dt) {
-                Treatment::Damp
-            } else {
-                let balance = EnergyBalance::default();
-                Treatment::Resolve { pace, balance }
-            };
-            if !choice.is_calm(pace, dt) {
-                evaluation.treatments.push((estimate.place, treatment));
+            let mut rate_estimate = estimate.rates.rate_estimate(plan_rules, dt);
+            rate_estimate.omega2 *= share;
+            let stiff_method =
+                if plan_rules.damps && !coupled && plan_rules.is_hopeless(rate_estimate, dt) {
+                    StiffMethod::Damp
+                } else {
+                    let balance = EnergyBalance::default();
+                    StiffMethod::Resolve {
+                        rate_estimate,
+                        balance,
+                    }
+                };
+            if !plan_rules.is_calm(rate_estimate, dt) {
+                evaluation
+                    .stiff_methods
+                    .push((estimate.place, stiff_method));
             }
         }
         note_stiff(evaluation, stiff);
@@ -410,8 +426,12 @@ impl Integrator {
 
 /// Returns true if bodies that act on each other stay moved within the next step, independently of Jacobians, because
 /// the path of one of them was stiff.
-fn stay_together(choice: Choice, context: &StepContext<'_, impl Lookup>, first: &Motions) -> bool {
-    let calm = |it: &Resolved| choice.is_calm(it.pace, to_f64(context.dt));
+fn stay_together(
+    plan_rules: PlanRules,
+    context: &StepContext<'_, impl Lookup>,
+    first: &Motions,
+) -> bool {
+    let calm = |it: &Resolved| plan_rules.is_calm(it.rate_estimate, to_f64(context.dt));
     !first.resolved.iter().all(calm) && context.is_coupled()
 }
 
@@ -422,16 +442,16 @@ fn warn_of_damped(
     last: &Evaluation,
     warnings: &mut Vec<StepWarning>,
 ) {
-    let Some(choice) = context.choice() else {
+    let Some(plan_rules) = context.plan_rules() else {
         return;
     };
-    let damped = evaluation.treatments.iter();
-    for (place, _) in damped.filter(|it| it.1 == Treatment::Damp) {
+    let damped = evaluation.stiff_methods.iter();
+    for (place, _) in damped.filter(|it| it.1 == StiffMethod::Damp) {
         let body = evaluation.bodies[*place];
-        let before = last.place_of(body).and_then(|it| last.treatment(it));
+        let before = last.place_of(body).and_then(|it| last.stiff_method(it));
         let is_told = |it: &StepWarning| matches!(it, StepWarning::ToleranceMissed { body: told, .. } if *told == body);
-        if before != Some(Treatment::Damp) && !warnings.iter().any(is_told) {
-            warnings.push(StepWarning::missed(choice, body, LOST));
+        if before != Some(StiffMethod::Damp) && !warnings.iter().any(is_told) {
+            warnings.push(StepWarning::missed(plan_rules, body, LOST));
         }
     }
 }
@@ -439,6 +459,6 @@ fn warn_of_damped(
 /// Lists the bodies that are not simply kicked.
 fn note_stiff(evaluation: &Evaluation, stiff: &mut Vec<RigidBodyHandle>) {
     stiff.clear();
-    let places = evaluation.treatments.iter().map(|(place, _)| *place);
+    let places = evaluation.stiff_methods.iter().map(|(place, _)| *place);
     stiff.extend(places.map(|place| evaluation.bodies[place]));
 }

@@ -3,8 +3,8 @@
 use super::balance::EnergyBalance;
 use super::coupling::LinearisedWrench;
 use super::fault::Fault;
-use super::pace::Pace;
 use super::plan::StepPlan;
+use super::rate_estimate::RateEstimate;
 use super::reaction::{Loaded, Reactions};
 use crate::math::{DVec3, Real, RigidBodyHandle, Vector, from_dvec3, to_dquat, to_dvec3};
 use crate::rigid::{Body, PrincipalInertia, Wrench, find_by, find_next, sort_by_body};
@@ -66,7 +66,7 @@ pub(crate) struct BodyCompletion {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Completion {
     /// It gets no second half of a kick.
-    Settled,
+    Completed,
     /// It is loaded with the mean of a force that reads velocities, with this number in [`Motions::slopes`], and gets
     /// only the effect of that force's change.
     Sloped(usize),
@@ -76,7 +76,7 @@ pub(crate) enum Completion {
     /// of the step, and gets the second half of a kick at its present place, as a free body.
     Bounced,
     /// It ends the second half with its true velocity, where Rapier's lags.
-    Ahead,
+    TimeCentred,
 }
 
 impl Completion {
@@ -86,8 +86,8 @@ impl Completion {
     }
 
     /// Returns true if the body gets no second half of a kick.
-    pub(crate) fn is_settled(self) -> bool {
-        matches!(self, Completion::Settled | Completion::Sloped(_))
+    pub(crate) fn is_completed(self) -> bool {
+        matches!(self, Completion::Completed | Completion::Sloped(_))
     }
 }
 
@@ -154,8 +154,8 @@ impl Start {
     }
 
     /// Records the stiffness that the plan has shown.
-    pub fn look(&mut self, pace: Pace) {
-        let now = (pace.omega2, self.plan.length());
+    pub fn look(&mut self, rate_estimate: RateEstimate) {
+        let now = (rate_estimate.omega2, self.plan.length());
         if let Some((was, drift)) = self.shown.replace(now) {
             let growth = now.0 / was / (drift / now.1);
             // The secant of a singular force grows faster; that of a steep one stays.
@@ -175,7 +175,7 @@ impl Start {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Resolved {
     pub body: RigidBodyHandle,
-    pub(super) pace: Pace,
+    pub(super) rate_estimate: RateEstimate,
     /// Over this step and those before.
     pub(super) balance: EnergyBalance,
     /// The relative error with which it was moved.

@@ -5,7 +5,7 @@
 //! applies gravity. So drag acts on the velocity due to gravity, whatever number of iterations Rapier divides its step
 //! into.
 
-use super::coupling::{Besides, LinearisedWrench, Slope};
+use super::coupling::{ExternalTerms, LinearisedWrench, Slope};
 use super::jacobian;
 use super::scheme::Scheme;
 use crate::eval::{Lineariser, SampledWorld, Terms};
@@ -159,7 +159,7 @@ impl Particles {
         let had = was.map_or_else(Vector6::zeros, |was| was.at(&now));
         let (change, duration) = (is - had, to_f64(durations.after));
         let mean = coupling.and_then(|coupling| {
-            let (mobility, none) = (state.mobility(), Besides::default());
+            let (mobility, none) = (state.mobility(), ExternalTerms::default());
             coupling.mean(&mobility, &change, &none, duration)
         });
         let (mean, _) = pair(&mean.unwrap_or(change));
@@ -181,13 +181,13 @@ impl ParticleState {
         let mass = to_f64(self.inv_mass).recip();
         let (velocity, own) = (to_dvec3(self.velocity), to_dvec3(self.own));
         let damping = to_f64(self.damping);
-        let besides = Besides {
+        let external = ExternalTerms {
             pull: six(own, DVec3::ZERO),
             damping: [damping, 0.0],
             momentum: six(velocity * mass, DVec3::ZERO),
         };
         let here = coupling.at(&six(velocity, DVec3::ZERO));
-        let (mean, _) = pair(&coupling.mean(&self.mobility(), &here, &besides, dt)?);
+        let (mean, _) = pair(&coupling.mean(&self.mobility(), &here, &external, dt)?);
         let arrives = velocity + mean * (dt / mass);
         let force = (arrives * (1.0 + dt * damping) - velocity) * (mass / dt) - own;
         let [force, arrives] = [force, arrives].map(from_dvec3);

@@ -4,7 +4,7 @@
 //! body these are known; for one that contacts or joints hold, Rapier's solver computes them later. They are estimated
 //! from the previous steps, which is exact for a body at rest or at its terminal velocity.
 
-use super::coupling::Besides;
+use super::coupling::ExternalTerms;
 use crate::math::{Real, RigidBodyHandle, Vector, to_dquat, to_dvec3};
 use crate::rigid::{Body, find_by, find_next, is_in_order, six, sort_by_body};
 
@@ -81,14 +81,14 @@ impl Loaded {
     }
 
     /// [`Self::steady`] as a force and a torque.
-    pub(super) fn on(&self, body: &Body) -> Option<Besides> {
+    pub(super) fn on(&self, body: &Body) -> Option<ExternalTerms> {
         let [linear, angular] = self.steady(body)?;
         let inertia = body.inertia();
         let attitude = to_dquat(body.pose.rotation);
         let torque = inertia.map(|it| it.angular_momentum(attitude, to_dvec3(angular)));
-        Some(Besides {
+        Some(ExternalTerms {
             pull: six(to_dvec3(linear * body.mass), torque.unwrap_or_default()),
-            ..Besides::default()
+            ..ExternalTerms::default()
         })
     }
 

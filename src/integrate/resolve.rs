@@ -3,14 +3,14 @@
 use super::balance::EnergyBalance;
 use super::drift::Drifts;
 use super::evaluation::Evaluation;
-use super::fault::{Fault, FaultKind, FaultPolicy, Sift};
+use super::fault::{DropNonFinite, Fault, FaultKind, FaultPolicy};
 use super::load::{all_else, lag, own_lag};
 use super::motion::{Resolved, Start, VelocityUpdate};
-use super::pace::Pace;
-use super::plan::{Bisection, Choice, HOPELESS, SUZUKI_STAGES, StepPlan};
+use super::plan::{Bisection, HOPELESS, PlanRules, SUZUKI_STAGES, StepPlan};
 use super::predicted::PredictedMotion;
+use super::rate_estimate::RateEstimate;
 use super::substeps::{Setting, StepMap, SubstepIntegrator};
-use super::watch::most_to_follow;
+use super::warn::most_to_follow;
 use super::{Integrator, StepContext};
 use crate::math::{RigidBodyHandle, to_f64};
 use crate::rigid::{Body, Lookup, Mobility, RigidState, Wrench};
@@ -61,11 +61,11 @@ impl Integrator {
     ) -> Result<(), Fault> {
         let mut substeps = std::mem::take(&mut self.substeps);
         let mut alike = std::mem::take(&mut self.alike);
-        let choice = context.choice();
-        let coupled = choice.is_some() && context.is_coupled();
+        let plan_rules = context.plan_rules();
+        let coupled = plan_rules.is_some() && context.is_coupled();
         let dt = to_f64(context.dt);
         let uneven = !context.compiled.reads_velocity;
-        if choice.is_some() && !starts.is_empty() {
+        if plan_rules.is_some() && !starts.is_empty() {
             let bodies = begins.before.unwrap_or(context.bodies);
             let drifts = self.drifts(context, bodies, begins.from(context));
             for start in starts.iter_mut() {
@@ -86,7 +86,7 @@ impl Integrator {
             let mut outcome = self.run(context, begins, &alike, plan, None, &mut substeps);
             if let Err(fault) = &outcome {
                 // A plan that is too coarse may lead to a point where a field is not finite.
-                let may = choice.is_some() && uneven && plan != StepPlan::UNEVEN;
+                let may = plan_rules.is_some() && uneven && plan != StepPlan::UNEVEN;
                 let bad = |it: &Start| coupled || fault.is_of(context.bodies[it.place].handle);
                 if may && !alike.iter().any(|it| bad(it) && it.has_given_up()) {
                     let bad = alike.iter_mut().filter(|it| bad(it));
@@ -94,9 +94,19 @@ impl Integrator {
                     starts.append(&mut alike);
                     continue;
                 }
-                let sift = context.rules.sift.filter(|_| begins.before.is_none());
-                if sift.is_some() && fault.kind == FaultKind::NonFinite {
-                    outcome = self.run(context, begins, &alike, plan, sift, &mut substeps);
+                let drop_non_finite = context
+                    .rules
+                    .drop_non_finite
+                    .filter(|_| begins.before.is_none());
+                if drop_non_finite.is_some() && fault.kind == FaultKind::NonFinite {
+                    outcome = self.run(
+                        context,
+                        begins,
+                        &alike,
+                        plan,
+                        drop_non_finite,
+                        &mut substeps,
+                    );
                 }
             }
             if let Err(fault) = outcome {
@@ -110,10 +120,10 @@ impl Integrator {
                 continue;
             }
             faults.append(&mut substeps.faults);
-            match choice {
-                Some(choice) => {
-                    weigh(choice, begins.evaluation, &mut substeps, &mut alike);
-                    refine(choice, &substeps, &mut alike, plan, dt, coupled, uneven);
+            match plan_rules {
+                Some(plan_rules) => {
+                    weigh(plan_rules, begins.evaluation, &mut substeps, &mut alike);
+                    refine(plan_rules, &substeps, &mut alike, plan, dt, coupled, uneven);
                 }
                 None => {
                     self.note_ways(context, &alike, &substeps.tracks);
@@ -125,11 +135,18 @@ impl Integrator {
                     starts.push(*start);
                     continue;
                 }
-                let resolved = choice.and_then(|choice| {
-                    let pace = substeps.tracks.get(number)?.pace;
+                let resolved = plan_rules.and_then(|plan_rules| {
+                    let rate_estimate = substeps.tracks.get(number)?.rate_estimate;
                     let body = context.bodies[start.place].handle;
                     let bisection = substeps.bisection;
-                    Some(resolved(choice, bisection, start, pace, body, dt))
+                    Some(resolved(
+                        plan_rules,
+                        bisection,
+                        start,
+                        rate_estimate,
+                        body,
+                        dt,
+                    ))
                 });
                 let found = Found {
                     start,
@@ -156,15 +173,15 @@ impl Integrator {
         drifts
     }
 
-    /// Moves bodies by one plan. With `sift`, contributions that are not finite are left out instead of causing a
-    /// fault.
+    /// Moves bodies by one plan. With `drop_non_finite`, contributions that are not finite are left out
+    /// instead of causing a fault.
     fn run<W: Lookup>(
         &mut self,
         context: &StepContext<'_, W>,
         begins: Begins<'_>,
         starts: &[Start],
         plan: StepPlan,
-        sift: Option<Sift<'_>>,
+        drop_non_finite: Option<DropNonFinite<'_>>,
         substeps: &mut SubstepIntegrator,
     ) -> Result<(), Fault> {
         let wrenches = &begins.evaluation.wrenches;
@@ -200,16 +217,16 @@ impl Integrator {
         } else {
             StepMap::Suzuki
         };
-        let coupled = context.choice().is_some() && context.is_coupled();
+        let coupled = context.plan_rules().is_some() && context.is_coupled();
         let setting = Setting {
             context,
             motions: &self.motions,
             map,
-            uneven: context.choice().filter(|_| plan == StepPlan::UNEVEN),
+            uneven: context.plan_rules().filter(|_| plan == StepPlan::UNEVEN),
             tracked: context.compiled.varies(),
             most: most_to_follow(context),
             coupled,
-            sift,
+            drop_non_finite,
             from: begins.from(context),
         };
         substeps.integrate(setting, starts, wrenches)
@@ -232,7 +249,7 @@ impl Integrator {
 
 /// Sets the balances of bodies before the step and over it.
 fn weigh(
-    choice: Choice,
+    plan_rules: PlanRules,
     evaluation: &Evaluation,
     substeps: &mut SubstepIntegrator,
     starts: &mut [Start],
@@ -240,48 +257,55 @@ fn weigh(
     let moved = substeps.states.iter().zip(&mut substeps.tracks);
     for (start, (state, track)) in starts.iter_mut().zip(moved) {
         start.balance = evaluation.balance(start.place);
-        start.gained =
-            EnergyBalance::of(state, &mut track.work, track.pace.omega2, choice.tolerance);
+        start.gained = EnergyBalance::of(
+            state,
+            &mut track.work,
+            track.rate_estimate.omega2,
+            plan_rules.tolerance,
+        );
     }
 }
 
 /// Returns true if the balance of a body allows for its step.
-fn bears(choice: Choice, start: &Start) -> bool {
+fn bears(plan_rules: PlanRules, start: &Start) -> bool {
     let gained = start.gained.as_ref();
-    gained.is_none_or(|gained| start.balance.bears(*gained, choice.tolerance))
+    gained.is_none_or(|gained| start.balance.bears(*gained, plan_rules.tolerance))
 }
 
 /// The result for one body.
 fn resolved(
-    choice: Choice,
+    plan_rules: PlanRules,
     bisection: Option<Bisection>,
     start: &Start,
-    pace: Pace,
+    rate_estimate: RateEstimate,
     body: RigidBodyHandle,
     dt: f64,
 ) -> Resolved {
-    let (pace, error) = match bisection {
+    let (rate_estimate, error) = match bisection {
         // The next step need not be as stiff.
-        Some(Bisection { error, omega2 }) => (Pace { omega2, jump: 0.0 }, error),
+        Some(Bisection { error, omega2 }) => (RateEstimate { omega2, jump: 0.0 }, error),
         // An edge does not predict stiffness.
-        None if start.edge() => (Pace::default(), 0.0),
-        None => (pace, choice.error(pace, start.plan, dt)),
+        None if start.edge() => (RateEstimate::default(), 0.0),
+        None => (
+            rate_estimate,
+            plan_rules.error(rate_estimate, start.plan, dt),
+        ),
     };
     let balance = start
         .gained
         .map_or(start.balance, |gained| start.balance.and(gained));
     Resolved {
         body,
-        pace,
+        rate_estimate,
         balance,
         error: error.max(balance.error()),
     }
 }
 
 /// Gives finer plans to bodies that did not meet the tolerance, and to all if they are `coupled`. For `uneven` see
-/// [`Choice::finer`].
+/// [`PlanRules::finer`].
 fn refine(
-    choice: Choice,
+    plan_rules: PlanRules,
     substeps: &SubstepIntegrator,
     starts: &mut [Start],
     plan: StepPlan,
@@ -292,19 +316,21 @@ fn refine(
     let mut finest = plan;
     let mut hopeless = false;
     for (number, (start, track)) in starts.iter_mut().zip(&substeps.tracks).enumerate() {
-        let pace = track.pace;
+        let rate_estimate = track.rate_estimate;
         if plan != StepPlan::UNEVEN {
-            start.look(pace);
+            start.look(rate_estimate);
         }
         let error = match substeps.bisection {
             Some(bisection) => bisection.error,
-            None => choice.error(pace, plan, dt),
+            None => plan_rules.error(rate_estimate, plan, dt),
         };
         if start.has_given_up() {
             hopeless = true;
-        } else if bears(choice, start) && (start.edge() || error <= choice.tolerance) {
+        } else if bears(plan_rules, start) && (start.edge() || error <= plan_rules.tolerance) {
             continue;
-        } else if let Some(finer) = choice.finer(pace, plan, dt, uneven && !start.rests) {
+        } else if let Some(finer) =
+            plan_rules.finer(rate_estimate, plan, dt, uneven && !start.rests)
+        {
             start.plan = finer;
             if finer.length() < finest.length() {
                 finest = finer;

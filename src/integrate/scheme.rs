@@ -1,6 +1,6 @@
 //! Schemes: the rules by which wrenches become motion.
 
-use super::plan::Choice;
+use super::plan::PlanRules;
 use crate::field::BuildError;
 use crate::math::{Real, to_f64};
 
@@ -196,13 +196,13 @@ impl Scheme {
     }
 
     /// The rules by which the scheme chooses plans; `None` if it does not choose.
-    pub(super) fn choice(self) -> Option<Choice> {
+    pub(super) fn plan_rules(self) -> Option<PlanRules> {
         let (tolerance, most, is_fourth) = match self {
             Scheme::Auto { tolerance } => (tolerance, MOST_AUTO, true),
             Scheme::Substep(Substeps::PerBody { tolerance }) => (tolerance, MOST_PER_BODY, false),
             _ => return None,
         };
-        Some(Choice {
+        Some(PlanRules {
             tolerance: to_f64(tolerance),
             most,
             is_fourth,
@@ -212,12 +212,12 @@ impl Scheme {
 
     /// Returns true if it chooses a plan for each body.
     pub(crate) fn chooses(self) -> bool {
-        self.choice().is_some()
+        self.plan_rules().is_some()
     }
 
-    /// Returns true if bodies without a special treatment get half a kick before Rapier's step and half after it.
+    /// Returns true if bodies without a special method get half a kick before Rapier's step and half after it.
     pub(crate) fn kicks_twice(self) -> bool {
-        matches!(self, Scheme::KickDriftKick) || self.choice().is_some()
+        matches!(self, Scheme::KickDriftKick) || self.plan_rules().is_some()
     }
 
     /// Returns true if bodies get the whole kick before Rapier's step.

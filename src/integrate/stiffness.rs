@@ -2,8 +2,8 @@
 
 use super::balance::EnergyBalance;
 use super::jacobian::Jacobian;
-use super::pace::Pace;
-use super::plan::Choice;
+use super::plan::PlanRules;
+use super::rate_estimate::RateEstimate;
 use super::stability::{COUPLED, Mode};
 use crate::field::FieldRef;
 use crate::math::{ColliderHandle, Real, RigidBodyHandle, Vector, from_f64, to_f64};
@@ -307,11 +307,11 @@ pub enum StepWarning {
 }
 
 impl StepWarning {
-    pub(super) fn missed(choice: Choice, body: RigidBodyHandle, error: f64) -> Self {
+    pub(super) fn missed(plan_rules: PlanRules, body: RigidBodyHandle, error: f64) -> Self {
         StepWarning::ToleranceMissed {
             body,
             error: from_f64(error),
-            tolerance: from_f64(choice.tolerance),
+            tolerance: from_f64(plan_rules.tolerance),
         }
     }
 }
@@ -361,12 +361,12 @@ impl Rates {
 
     /// The stiffness to plan for: the square of the highest frequency, where drag and gyration count as the frequency
     /// that would need the same substeps.
-    pub(super) fn pace(&self, choice: Choice, dt: f64) -> Pace {
-        let most = f64::from(MOST_BY_VELOCITY.min(choice.most));
-        let limit = 4.0 * choice.tolerance * (most / dt).powi(2);
+    pub(super) fn rate_estimate(&self, plan_rules: PlanRules, dt: f64) -> RateEstimate {
+        let most = f64::from(MOST_BY_VELOCITY.min(plan_rules.most));
+        let limit = 4.0 * plan_rules.tolerance * (most / dt).powi(2);
         // The rate of a decay or a gyration is off by no more than (dt·γ)²/24.
         let by_velocity = (self.damping.max(self.gyration).powi(2) / 6.0).min(limit);
-        Pace {
+        RateEstimate {
             omega2: self.omega2().max(by_velocity),
             jump: 0.0,
         }
@@ -390,22 +390,28 @@ fn extremes(matrix: &Matrix6<f64>) -> [f64; 2] {
     })
 }
 
-/// The treatment of a body in a step, by schemes that choose.
+/// The method for a stiff body in a step, by schemes that choose.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
-pub(crate) enum Treatment {
+pub(crate) enum StiffMethod {
     /// Moved within the step, as finely as this stiffness and the balance of earlier steps need.
-    Resolve { pace: Pace, balance: EnergyBalance },
+    Resolve {
+        rate_estimate: RateEstimate,
+        balance: EnergyBalance,
+    },
     /// Damped, because its last step was so coarse that its energy may be wrong, or no plan is fine enough.
     Damp,
 }
 
-impl Treatment {
-    /// Returns false if no step can have left this treatment, which may be the case if it was deserialized.
+impl StiffMethod {
+    /// Returns false if no step can have left this method, which may be the case if it was deserialized.
     pub(super) fn is_sound(&self) -> bool {
         match self {
-            Treatment::Resolve { pace, balance } => pace.is_sound() && balance.is_sound(),
-            Treatment::Damp => true,
+            StiffMethod::Resolve {
+                rate_estimate,
+                balance,
+            } => rate_estimate.is_sound() && balance.is_sound(),
+            StiffMethod::Damp => true,
         }
     }
 }

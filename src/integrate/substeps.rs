@@ -9,13 +9,13 @@ mod group;
 mod passage;
 
 use super::context::StepContext;
-use super::coupling::{Besides, LinearisedWrench, Slope};
-use super::fault::{Fault, FaultKind, Sift};
+use super::coupling::{ExternalTerms, LinearisedWrench, Slope};
+use super::fault::{DropNonFinite, Fault, FaultKind};
 use super::jacobian::{self, Jacobian};
 use super::motion::{FASTEST, Start};
-use super::pace::{Track, track_all};
-use super::plan::{Bisection, Choice, suzuki_steps};
+use super::plan::{Bisection, PlanRules, suzuki_steps};
 use super::predicted::{PredictedFrames, PredictedMotions};
+use super::rate_estimate::{Track, track_all};
 use super::stiffness::Rates;
 use group::{Group, Solution};
 pub(super) use passage::Passage;
@@ -48,7 +48,7 @@ pub(super) struct Setting<'a, W> {
     pub motions: &'a PredictedMotions,
     pub map: StepMap,
     /// If set, the step is halved by these rules, whatever the map.
-    pub uneven: Option<Choice>,
+    pub uneven: Option<PlanRules>,
     /// True to record how fast bodies oscillate.
     pub tracked: bool,
     /// The square of the highest frequency that a scheme that does not choose can follow.
@@ -56,7 +56,7 @@ pub(super) struct Setting<'a, W> {
     /// True if the bodies act on each other.
     pub coupled: bool,
     /// If set, contributions that are not finite are left out; otherwise they are a fault.
-    pub sift: Option<Sift<'a>>,
+    pub drop_non_finite: Option<DropNonFinite<'a>>,
     /// The time at which the run begins, relative to the world of the context: zero, or minus one step.
     pub from: f64,
 }
@@ -119,7 +119,7 @@ impl SubstepIntegrator {
         run.faults.clear();
         self.bisection = None;
         match (run.setting.uneven, run.setting.map) {
-            (Some(choice), _) => self.bisection = Some(run.bisect(group, choice)?),
+            (Some(plan_rules), _) => self.bisection = Some(run.bisect(group, plan_rules)?),
             (None, StepMap::Forward(count)) => run.forward(group, count)?,
             (None, _) => run.all(group)?,
         }
@@ -207,9 +207,9 @@ impl<W: Lookup> Run<'_, W> {
             }
             self.evaluate(group, true)?;
             for (known, sampled) in group.solutions.iter_mut().zip(&group.wrenches) {
-                let besides = known.besides.after(&known.wrench, 0.5 * duration);
-                let off = of_wrench(*sampled) + besides.wrench() - known.wrench;
-                let damping = besides.damping;
+                let external = known.external.after(&known.wrench, 0.5 * duration);
+                let off = of_wrench(*sampled) + external.wrench() - known.wrench;
+                let damping = external.damping;
                 let coupling = &known.coupling;
                 let better = coupling.midway(&known.mobility, &off, damping, duration);
                 known.wrench += better.unwrap_or(off);
@@ -252,21 +252,21 @@ impl<W: Lookup> Run<'_, W> {
                 rates.omega2()
             });
             let (momentum, twist) = state.momentum();
-            let besides = Besides {
+            let external = ExternalTerms {
                 pull: six(state.acceleration * state.mass, DVec3::ZERO),
                 damping: state.damping,
                 momentum: six(momentum, twist),
             };
-            let all = wrench + besides.wrench();
+            let all = wrench + external.wrench();
             let solved = if self.is_composed() {
                 coupling.midway(&mobility, &all, state.damping, duration)
             } else {
-                coupling.mean(&mobility, &wrench, &besides, duration)
+                coupling.mean(&mobility, &wrench, &external, duration)
             };
             group.solutions.push(Solution {
                 coupling,
                 mobility,
-                besides,
+                external,
                 wrench: solved.unwrap_or(all),
                 velocities: (state.linvel, state.angvel),
                 omega2,
@@ -398,10 +398,10 @@ impl<W: Lookup> Run<'_, W> {
         let Some(fault) = Fault::of_wrenches(wrenches, &scene) else {
             return Ok(());
         };
-        let Some(sift) = self.setting.sift else {
+        let Some(drop_non_finite) = self.setting.drop_non_finite else {
             return Err(fault);
         };
-        for (place, left) in fault.places.iter().zip(sift(&fault)) {
+        for (place, left) in fault.places.iter().zip(drop_non_finite(&fault)) {
             wrenches[*place] = left;
         }
         group.left_out.clone_from(&fault.places);

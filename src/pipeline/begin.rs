@@ -11,8 +11,8 @@ use super::{Definition, FieldPipeline, FieldState, OpenStep, StepStage};
 use crate::bridge::{
     self, Balance, Constraints, StepError, WakePolicy, WakeRule, Wanted, WorldMut, WorldRef,
 };
-use crate::contact::{Heard, to_ask};
-use crate::diagnose::{SampledFields, Tally, blame, sifted};
+use crate::contact::{HookLog, to_ask};
+use crate::diagnose::{AuditReading, SampledFields, blame, without_non_finite};
 use crate::field::{Anchor, Frames};
 use crate::integrate::{Fault, FaultPolicy, Scheme, StepWarning, warn_of_caps};
 use crate::rigid::{Body, Wrench};
@@ -48,7 +48,7 @@ impl FieldPipeline {
         self.follow(fields);
         self.check_scheme(fields)?;
         self.warnings.clear();
-        self.condemned.clear();
+        self.quarantined.clear();
         self.stepped.clear();
         self.alone = alone;
         self.on_fault = fields.settings.on_fault;
@@ -64,7 +64,7 @@ impl FieldPipeline {
         let expected = self.expect(fields, state, &world);
         let checks = expected.is_some();
         self.stopwatch.lap_if(checks, StepStage::CrossCheck);
-        let tally = self.begin_audit(fields, state, &world);
+        let audit_reading = self.begin_audit(fields, state, &world);
         self.stopwatch
             .lap_if(fields.settings.audit, StepStage::Audit);
         let soft = self.begin_soft(fields, state, &world)?;
@@ -133,7 +133,7 @@ impl FieldPipeline {
             mark,
             on_fault: self.on_fault,
             expected,
-            tally,
+            audit_reading,
             soft,
             sleepers,
             claims: self.claims.clone(),
@@ -142,8 +142,8 @@ impl FieldPipeline {
             released,
             given: state.hand_over.given(),
             to_ask,
-            unasked: self.calm.any(),
-            heard: Heard::new(self.cross_checks(fields)),
+            unasked: self.hook_filter.any(),
+            hook_log: HookLog::new(self.cross_checks(fields)),
         })
     }
 
@@ -186,9 +186,9 @@ impl FieldPipeline {
         fields: &Definition<'_>,
         state: &mut FieldState,
         world: &WorldMut<'_>,
-    ) -> Tally {
+    ) -> AuditReading {
         if !fields.settings.audit {
-            return Tally::default();
+            return AuditReading::default();
         }
         span!("audit");
         let view = world.view();
@@ -328,17 +328,17 @@ impl FieldPipeline {
         let wrenches = &evaluation.wrenches;
         state
             .resting
-            .decide(&self.scene.bodies, wrenches, rule, &mut self.acting);
+            .decide(&self.scene.bodies, wrenches, rule, &mut self.wake_decisions);
         let view = world.view();
-        let sift = |fault: &Fault| sifted(fields.set, fault);
+        let drop_non_finite = |fault: &Fault| without_non_finite(fields.set, fault);
         let now = Now::first(state.time, dt);
         let mut context = self.scene.context(fields, world, &view, now);
-        context.rules = answering(context.rules, self.on_fault, &sift);
+        context.rules = answering(context.rules, self.on_fault, &drop_non_finite);
         context.rules.reactions = Some(&state.reactions);
         let (integrator, motions) = (&mut self.integrator, &mut self.motions);
         let outcome = {
-            let acts = super::acts(policy, &self.acting);
-            integrator.first_half(&context, evaluation, &acts, motions)
+            let decide = super::wake_decision(policy, &self.wake_decisions);
+            integrator.first_half(&context, evaluation, &decide, motions)
         };
         if outcome.is_ok() {
             integrator.warn_of_ways(&context, &mut self.warnings);
@@ -363,14 +363,15 @@ impl FieldPipeline {
             let written = motions.updates.iter().map(|update| update.body);
             let loaded = motions.loads.iter().map(|load| load.body);
             self.stepped.note(world.bodies, written.chain(loaded));
-            self.stepped.note_condemned(world.bodies, &self.condemned);
+            self.stepped
+                .note_quarantined(world.bodies, &self.quarantined);
         }
         bridge::apply(world.bodies, &motions.loads, &mut open.overrides);
         open.steady
             .extend(motions.turns.iter().map(|turn| turn.body));
         bridge::write(world.bodies, &motions.updates);
         bridge::rouse(world.bodies, &self.restless);
-        bridge::quarantine(world.bodies, &self.condemned);
+        bridge::quarantine(world.bodies, &self.quarantined);
     }
 
     /// Collects the bodies that are about to fall asleep under unbalanced forces.

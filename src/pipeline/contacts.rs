@@ -7,8 +7,8 @@ use super::timings::span;
 use super::{Definition, FieldPipeline, FieldState, OpenStep};
 use crate::bridge::{self, WorldMut, WorldRef};
 use crate::contact::{
-    Arrival, FieldContact, Given, HandOver, HeldPairs, Joints, KickShare, Pairs, ResponderRules,
-    SweptStep, Verdicts, is_dominated, report,
+    Arrival, FieldContact, Given, HandOver, HeldPairs, Joints, KickShare, PairOutcomes, Pairs,
+    ResponderRules, SweptStep, is_dominated, report,
 };
 use crate::integrate::{
     Caps, Completion, Evaluation, FASTEST, StepWarning, TurnAfter, warn_of_springs,
@@ -50,7 +50,7 @@ impl FieldPipeline {
             })
         };
         let share = |body| match motions.completion(body) {
-            Some(rest) if rest.is_settled() => KickShare::Within(arrival(body)),
+            Some(rest) if rest.is_completed() => KickShare::Within(arrival(body)),
             _ if whole => KickShare::Whole,
             rest => KickShare::Half {
                 free: rest.is_some_and(Completion::is_free),
@@ -84,11 +84,11 @@ impl FieldPipeline {
         let check = &fields.settings.cross_check;
         let fresh = check.on && !check.lets_recycle;
         let (view, starts) = (world.view(), &self.detector.starts);
-        self.calm
+        self.hook_filter
             .find(&self.claims, starts, &view, world.integration_parameters);
         let wanted = |collider| {
             let mut bits = ActiveHooks::empty();
-            if !self.calm.is_quiet(collider) {
+            if !self.hook_filter.is_quiet(collider) {
                 bits |= self.claims.bits(collider);
             }
             if fresh && self.watched.contains(collider) {
@@ -120,7 +120,7 @@ impl FieldPipeline {
         &mut self,
         fields: &Definition<'_>,
         open: &OpenStep,
-        verdicts: &Verdicts,
+        outcomes: &PairOutcomes,
         began: f64,
         world: &WorldMut<'_>,
     ) {
@@ -131,8 +131,8 @@ impl FieldPipeline {
         let step = SweptStep {
             moment: moment(began, open.dt),
             dt: open.dt,
-            answers: answers(rules, verdicts, joints, open, &view),
-            verdicts,
+            answers: answers(rules, outcomes, joints, open, &view),
+            outcomes,
             given: &open.given,
             work: fields.settings.swept_work,
         };
@@ -174,7 +174,7 @@ impl FieldPipeline {
         fields: &Definition<'_>,
         state: &mut FieldState,
         open: &OpenStep,
-        verdicts: &Verdicts,
+        outcomes: &PairOutcomes,
         world: &mut WorldMut<'_>,
     ) -> usize {
         span!("touch");
@@ -189,14 +189,14 @@ impl FieldPipeline {
         let moment = moment(state.time, dt);
         let compiled = &self.scene.compiled;
         let held = Some(HeldPairs {
-            pairs: &verdicts.held,
+            pairs: &outcomes.held,
             narrow_phase: world.narrow_phase,
         });
         let sites = Self::sites(&mut self.gatherer, &self.properties, compiled, &view);
         let detector = &mut self.detector;
         detector.run(compiled, &view, moment, held, sites);
         if rules.answer_any() {
-            let answers = answers(rules, verdicts, joints(world), open, &view);
+            let answers = answers(rules, outcomes, joints(world), open, &view);
             let is_ours = |contact: &FieldContact| !open.given.contains(&contact.colliders);
             let answers = |contact: &FieldContact| is_ours(contact) && answers(contact);
             let stiffest = detector.respond(&view, compiled, moment, dt, answers, &mut self.pushes);
@@ -205,7 +205,7 @@ impl FieldPipeline {
         }
         let written = self.push(world);
         let hand_over = &mut state.hand_over;
-        let given = hand_over.update(&self.detector, &open.claims, verdicts);
+        let given = hand_over.update(&self.detector, &open.claims, outcomes);
         self.warnings.extend(warnings_of(given));
         self.detector.add_touches();
         if let Some(channel) = &self.events {
@@ -220,7 +220,7 @@ impl FieldPipeline {
 /// under any rules.
 fn answers<'a>(
     rules: &'a ResponderRules,
-    verdicts: &'a Verdicts,
+    outcomes: &'a PairOutcomes,
     joints: Joints<'a>,
     open: &'a OpenStep,
     view: &'a WorldRef<'a>,
@@ -228,7 +228,7 @@ fn answers<'a>(
     move |contact| {
         let bodies = contact.bodies.map(|body| view.body(body?));
         let law = open.claims.law(contact.colliders);
-        rules.answers(contact, &verdicts.vetoed)
+        rules.answers(contact, &outcomes.vetoed)
             && !open.claims.leaves_to_solver(law, contact.bodies)
             && !joints.keep_apart(contact.bodies)
             && !is_dominated(bodies)

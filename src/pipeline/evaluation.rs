@@ -132,8 +132,8 @@ impl FieldPipeline {
         } else {
             self.evaluate(fields, world, now, &mut evaluation)
         };
-        if !self.condemned.is_empty() {
-            last.remove(&self.condemned);
+        if !self.quarantined.is_empty() {
+            last.remove(&self.quarantined);
         }
         let view = world.view();
         let context = self.scene.context(fields, world, &view, now);

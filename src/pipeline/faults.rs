@@ -4,9 +4,9 @@ use super::scene::Now;
 use super::timings::span;
 use super::{Definition, FieldPipeline};
 use crate::bridge::{SoftFlight, StepError, WorldMut};
-use crate::diagnose::{blame, sifted, warn_of};
+use crate::diagnose::{blame, warn_of, without_non_finite};
 use crate::integrate::{
-    Durations, Evaluation, Fault, FaultKind, FaultPolicy, MotionRules, Sift, StepWarning,
+    DropNonFinite, Durations, Evaluation, Fault, FaultKind, FaultPolicy, MotionRules, StepWarning,
 };
 use crate::math::from_f64;
 use crate::rigid::Wrench;
@@ -30,7 +30,7 @@ impl FieldPipeline {
             };
             self.answer(fields, &fault)?;
             if self.on_fault == FaultPolicy::LeaveOut {
-                evaluation.leave_out(&fault, &sifted(fields.set, &fault));
+                evaluation.leave_out(&fault, &without_non_finite(fields.set, &fault));
                 return Ok(());
             }
             // Evaluated again without the bodies that are to be disabled.
@@ -45,7 +45,7 @@ impl FieldPipeline {
             FaultPolicy::Refuse => return Err(blame(fields.set, fault)),
             FaultPolicy::LeaveOut => {}
             FaultPolicy::Quarantine => {
-                self.condemned.extend(fault.bodies());
+                self.quarantined.extend(fault.bodies());
                 self.scene.bodies.retain(|body| !fault.is_of(body.handle));
             }
         }
@@ -67,7 +67,7 @@ impl FieldPipeline {
             self.answer(fields, &fault)?;
         }
         if let Some(evaluation) = evaluation {
-            evaluation.remove(&self.condemned);
+            evaluation.remove(&self.quarantined);
         }
         Ok(())
     }
@@ -121,13 +121,14 @@ impl FieldPipeline {
         match (self.on_fault, fault.kind) {
             (FaultPolicy::Refuse, _) => return Err(blame(fields.set, fault)),
             (FaultPolicy::LeaveOut, FaultKind::NonFinite) => {
-                self.softs.leave_out(fault, &sifted(fields.set, fault));
+                self.softs
+                    .leave_out(fault, &without_non_finite(fields.set, fault));
             }
             (FaultPolicy::LeaveOut, FaultKind::TooFast { .. }) => {
                 let none = vec![Wrench::ZERO; fault.places.len()];
                 self.softs.leave_out(fault, &none);
             }
-            (FaultPolicy::Quarantine, _) => self.softs.condemn(fault),
+            (FaultPolicy::Quarantine, _) => self.softs.quarantine(fault),
         }
         warn_of(fields.set, fault, self.on_fault, &mut self.warnings);
         Ok(())
@@ -149,11 +150,11 @@ impl FieldPipeline {
 pub(super) fn answering<'a>(
     rules: MotionRules<'a>,
     on_fault: FaultPolicy,
-    sift: Sift<'a>,
+    drop_non_finite: DropNonFinite<'a>,
 ) -> MotionRules<'a> {
     MotionRules {
         on_fault,
-        sift: (on_fault == FaultPolicy::LeaveOut).then_some(sift),
+        drop_non_finite: (on_fault == FaultPolicy::LeaveOut).then_some(drop_non_finite),
         ..rules
     }
 }

@@ -9,11 +9,13 @@ use super::faults::answering;
 use super::scene::{Now, iterations};
 use super::state::OpenRecord;
 use super::timings::span;
-use super::{Definition, FieldPipeline, FieldState, OpenStep, StepOutcome, StepStage, acts};
+use super::{
+    Definition, FieldPipeline, FieldState, OpenStep, StepOutcome, StepStage, wake_decision,
+};
 use crate::bridge::{self, Constraints, Made, Push, StepError, WakeRule, Wanted, WorldMut};
 use crate::contact::was_to_ask;
 use crate::cross_check::Judging;
-use crate::diagnose::{SampledFields, blame, sifted};
+use crate::diagnose::{SampledFields, blame, without_non_finite};
 use crate::integrate::{BegunStep, Completion, Fault, FreeMotion, Motions, Scheme, StepWarning};
 use crate::math::{Real, RigidBodyHandle, from_f64, to_f64};
 use crate::rigid::{MidStepImpact, Wrench, sort_by_body};
@@ -37,7 +39,7 @@ impl FieldPipeline {
             }
         };
         self.stopwatch.go_on();
-        self.condemned.clear();
+        self.quarantined.clear();
         (self.held_is_known, self.pushed_is_known) = (false, false);
         self.on_fault = open.on_fault;
         let outcome = self.finish_all(fields, state, &mut open, &record, &mut world);
@@ -97,7 +99,7 @@ impl FieldPipeline {
             open.starts = Arc::default();
         }
         self.stopwatch.lap(StepStage::Bookkeeping);
-        let mut verdicts = open.heard.take();
+        let mut outcomes = open.hook_log.take();
         if let Some(expected) = &open.expected {
             let (view, rollback) = (world.view(), &open.rollback);
             let judging = Judging {
@@ -108,13 +110,13 @@ impl FieldPipeline {
                 narrow_phase: world.narrow_phase,
                 joints: joints(world),
                 parameters: world.integration_parameters,
-                hidden: &verdicts.hidden,
+                hidden: &outcomes.hidden,
             };
             let pose_before = |handle| rollback.pose_before(handle, &view);
             state.cross_check.compare(&judging, pose_before);
             self.stopwatch.lap(StepStage::CrossCheck);
         }
-        if let Some(pair) = open.to_ask.filter(|_| !*open.heard.asked.get_mut())
+        if let Some(pair) = open.to_ask.filter(|_| !*open.hook_log.asked.get_mut())
             && was_to_ask(&open.claims, pair, world.narrow_phase, &world.view())
         {
             self.warnings.push(StepWarning::HooksNotGiven);
@@ -130,9 +132,9 @@ impl FieldPipeline {
         }
         if open.unasked {
             let (claims, released) = (&*open.claims, &open.released);
-            verdicts.add_unasked(claims, released, world.narrow_phase, &world.view());
+            outcomes.add_unasked(claims, released, world.narrow_phase, &world.view());
         }
-        self.sweep(fields, open, &verdicts, began, world);
+        self.sweep(fields, open, &outcomes, began, world);
         let detects = !self.scene.compiled.detectors.is_empty();
         self.stopwatch.lap_if(detects, StepStage::Contacts);
         let check = &fields.settings.cross_check;
@@ -149,7 +151,7 @@ impl FieldPipeline {
         state.time = now;
         state.steps += 1;
         self.stopwatch.lap_if(checks, StepStage::CrossCheck);
-        written += self.touch(fields, state, open, &verdicts, world);
+        written += self.touch(fields, state, open, &outcomes, world);
         self.stopwatch.lap_if(detects, StepStage::Contacts);
         if checks {
             let (contacts, pairs) = (&self.detector.contacts, world.narrow_phase);
@@ -167,7 +169,7 @@ impl FieldPipeline {
             );
             let moment = Now::last(began, dt).moment();
             let sampled = SampledFields::new(fields.set, &view, &samples, moment);
-            state.audit.end(&open.tally, &sampled, dt);
+            state.audit.end(&open.audit_reading, &sampled, dt);
             self.stopwatch.lap(StepStage::Audit);
         }
         let mut particles = 0;
@@ -176,7 +178,7 @@ impl FieldPipeline {
             particles = self.softs.second_half(policy, world.soft_bodies);
             self.stopwatch.lap(StepStage::SoftBodies);
         }
-        bridge::quarantine(world.bodies, &self.condemned);
+        bridge::quarantine(world.bodies, &self.quarantined);
         self.keep_pushed(state, world);
         if let Some(channel) = &self.zone_events {
             let (times, inside) = ([began, to_f64(dt)], &mut state.zones);
@@ -188,7 +190,9 @@ impl FieldPipeline {
         let (last, held) = (state.evaluation.as_ref(), &self.scene.held);
         let felt = |body| last.filter(|_| kicks && !held.contains(body))?.wrench(body);
         state.edges.see(&world.view(), felt);
-        let error = state.edges.tell(fields.settings.scheme, &mut self.warnings);
+        let error = state
+            .edges
+            .report(fields.settings.scheme, &mut self.warnings);
         self.integrator.reached = self.integrator.reached.max(error);
         self.stopwatch.lap(StepStage::Bookkeeping);
         Ok(StepOutcome {
@@ -248,11 +252,11 @@ impl FieldPipeline {
         }
         let now = Now::last(state.time, open.dt);
         if let Some(last) = &mut state.evaluation {
-            // Settled bodies get no second half kick: their velocities are those of the end of the step already.
+            // Completed bodies get no second half kick: their velocities are those of the end of the step already.
             let mut at = 0;
             for (body, wrench) in last.bodies.iter().zip(&mut last.wrenches) {
                 let rest = open.motions.next_completion(&mut at, *body);
-                if rest.is_some_and(Completion::is_settled) {
+                if rest.is_some_and(Completion::is_completed) {
                     *wrench = Wrench::ZERO;
                 }
             }
@@ -273,16 +277,16 @@ impl FieldPipeline {
         self.find_held(fields, world);
         self.evaluate(fields, world, now, &mut evaluation)?;
         self.stopwatch.lap(StepStage::Evaluation);
-        if !self.condemned.is_empty() {
-            let gone: HashSet<_> = self.condemned.iter().collect();
+        if !self.quarantined.is_empty() {
+            let gone: HashSet<_> = self.quarantined.iter().collect();
             open.bodies.retain(|it| !gone.contains(&it.handle));
-            last.iter_mut().for_each(|it| it.remove(&self.condemned));
+            last.iter_mut().for_each(|it| it.remove(&self.quarantined));
         }
         let view = world.view();
-        let hits = &self.redirected();
-        let sift = |fault: &Fault| sifted(fields.set, fault);
+        let hits = &self.mid_step_impacts();
+        let drop_non_finite = |fault: &Fault| without_non_finite(fields.set, fault);
         let mut context = self.scene.context(fields, world, &view, now);
-        context.rules = answering(context.rules, self.on_fault, &sift);
+        context.rules = answering(context.rules, self.on_fault, &drop_non_finite);
         let integrator = &mut self.integrator;
         let known = last
             .as_ref()
@@ -292,14 +296,14 @@ impl FieldPipeline {
             motions: &open.motions,
             hits,
             late: &late,
-            may_redo: self.scene.compiled.detectors.is_empty(),
+            may_retry: self.scene.compiled.detectors.is_empty(),
         };
         let (stiff, warnings) = (&mut state.stiff, &mut self.warnings);
         integrator.update(&context, &mut evaluation, begun, stiff, warnings);
-        self.redone.clear();
+        self.retried.clear();
         if let Some(last) = known {
-            let (bodies, redone) = (&open.bodies, &mut self.redone);
-            integrator.redo(&context, &mut evaluation, bodies, last, redone, warnings);
+            let (bodies, retried) = (&open.bodies, &mut self.retried);
+            integrator.retry(&context, &mut evaluation, bodies, last, retried, warnings);
         }
         if fields.settings.scheme.kicks_twice() {
             integrator.follow(&context, &evaluation, begun, &mut state.edges);
@@ -312,10 +316,10 @@ impl FieldPipeline {
         let (bodies, wrenches) = (&self.scene.bodies, &evaluation.wrenches);
         state
             .resting
-            .decide(bodies, wrenches, rule, &mut self.acting);
+            .decide(bodies, wrenches, rule, &mut self.wake_decisions);
         let outcome = {
-            let acts = acts(policy, &self.acting);
-            integrator.second_half(&context, &evaluation, begun, &acts, &mut self.late)
+            let decide = wake_decision(policy, &self.wake_decisions);
+            integrator.second_half(&context, &evaluation, begun, &decide, &mut self.late)
         };
         self.spare = last.unwrap_or_default();
         outcome.map_err(|fault| blame(fields.set, &fault))?;
@@ -328,26 +332,26 @@ impl FieldPipeline {
             });
         self.warnings.extend(hit);
         // Before the next call removes bodies, which changes their places in the list.
-        for now in &self.redone {
+        for now in &self.retried {
             let body = &mut self.scene.bodies[now.place];
             (body.pose, body.linvel, body.angvel) = (now.pose, now.linvel, now.angvel);
         }
         let mut faults = std::mem::take(&mut self.late.faults);
         self.answer_all(fields, &mut faults, Some(&mut evaluation))?;
-        let condemned = &self.condemned;
-        self.redone.retain(|now| !condemned.contains(&now.body));
+        let quarantined = &self.quarantined;
+        self.retried.retain(|now| !quarantined.contains(&now.body));
         self.sampled = self.scene.bodies.len();
         // Fields have no reaction to bodies that are disabled.
-        let gone = !condemned.is_empty();
-        evaluation.outdated = self.late.outdated || !self.redone.is_empty() || gone;
+        let gone = !quarantined.is_empty();
+        evaluation.outdated = self.late.outdated || !self.retried.is_empty() || gone;
         state.evaluation = Some(evaluation);
         self.note_carriers(state, &view);
         let mut written = bridge::write(world.bodies, &self.late.updates);
-        written += bridge::place(world.bodies, world.colliders, &self.redone);
-        let ahead = &self.late.completions;
-        if !ahead.is_empty() && !self.scene.compiled.detectors.is_empty() {
+        written += bridge::place(world.bodies, world.colliders, &self.retried);
+        let time_centred = &self.late.completions;
+        if !time_centred.is_empty() && !self.scene.compiled.detectors.is_empty() {
             let starts = Arc::make_mut(&mut self.detector.starts);
-            starts.catch_up(ahead.iter().map(|it| it.body));
+            starts.catch_up(time_centred.iter().map(|it| it.body));
         }
         self.record(state);
         self.stopwatch.lap(StepStage::Motion);
@@ -384,7 +388,7 @@ impl FieldPipeline {
     }
 
     /// The bodies that were put on another path within the step, in the order of their handles.
-    fn redirected(&self) -> Vec<MidStepImpact> {
+    fn mid_step_impacts(&self) -> Vec<MidStepImpact> {
         let mut hits: Vec<_> = self.pushes.iter().filter_map(|push| push.hit).collect();
         sort_by_body(&mut hits, |hit| hit.body);
         hits

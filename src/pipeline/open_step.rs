@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use crate::bridge::{Rollback, SoftFlight, Stepped};
-use crate::contact::{Claims, Heard, Listening, Pairs, Starts, StepHooks};
+use crate::contact::{Claims, HookLog, Listening, Pairs, Starts, StepHooks};
 use crate::cross_check::Expected;
-use crate::diagnose::Tally;
+use crate::diagnose::AuditReading;
 use crate::integrate::{FaultPolicy, Motions};
 use crate::math::{ColliderHandle, Real};
 use crate::rapier::pipeline::PhysicsHooks;
@@ -40,7 +40,7 @@ pub struct OpenStep {
     /// The fields' contacts, which Rapier should find too; `None` without a cross-check.
     pub(super) expected: Option<Expected>,
     /// The power and potential of the fields when the step began, for the audit.
-    pub(super) tally: Tally,
+    pub(super) audit_reading: AuditReading,
     /// The loads on particles of soft bodies, if there are any.
     pub(super) soft: Option<SoftFlight>,
     /// True if sleeping bodies are evaluated.
@@ -56,7 +56,7 @@ pub struct OpenStep {
     pub(super) to_ask: Option<[ColliderHandle; 2]>,
     /// True if there may be claimed contacts for which Rapier need not call the hooks.
     pub(super) unasked: bool,
-    pub(super) heard: Heard,
+    pub(super) hook_log: HookLog,
 }
 
 impl OpenStep {
@@ -69,7 +69,7 @@ impl OpenStep {
             starts: &self.starts,
             released: &self.released,
             given: &self.given,
-            heard: &self.heard,
+            log: &self.hook_log,
             user,
         }
     }

@@ -43,14 +43,14 @@ pub struct FieldValue {
 }
 
 /// The compiled fields: kept from the last step, or made for this query.
-struct Current<'a>(MaybeOwned<'a>);
+struct CompiledSet<'a>(MaybeOwned<'a>);
 
 enum MaybeOwned<'a> {
     Kept(&'a Compiled, &'a Properties),
     Made(Box<(Compiled, Properties)>),
 }
 
-impl Current<'_> {
+impl CompiledSet<'_> {
     fn compiled(&self) -> &Compiled {
         match &self.0 {
             MaybeOwned::Kept(compiled, _) => compiled,
@@ -69,7 +69,7 @@ impl Current<'_> {
 /// The world at one moment, for queries.
 struct Scene<'a> {
     set: &'a FieldSet,
-    current: Current<'a>,
+    compiled_set: CompiledSet<'a>,
     view: WorldRef<'a>,
     bodies: Vec<Body>,
     samples: Samples,
@@ -79,24 +79,24 @@ struct Scene<'a> {
 
 impl FieldPipeline {
     /// The present fields in compiled form.
-    fn current(&self, set: &FieldSet) -> Current<'_> {
+    fn compiled_set(&self, set: &FieldSet) -> CompiledSet<'_> {
         if self.scene.compiled.revision == set.revision() {
-            return Current(MaybeOwned::Kept(&self.scene.compiled, &self.properties));
+            return CompiledSet(MaybeOwned::Kept(&self.scene.compiled, &self.properties));
         }
         let mut properties = Properties::default();
         properties.update(set);
-        Current(MaybeOwned::Made(Box::new((Compiled::new(set), properties))))
+        CompiledSet(MaybeOwned::Made(Box::new((Compiled::new(set), properties))))
     }
 
     /// The plan of the compiled fields.
     pub(crate) fn plan(&self, set: &FieldSet) -> Plan {
-        self.current(set).compiled().plan(set)
+        self.compiled_set(set).compiled().plan(set)
     }
 
     /// The colliders with a detection field.
     pub(crate) fn watched(&self, set: &FieldSet) -> HashSet<ColliderHandle> {
-        let current = self.current(set);
-        let detectors = current.compiled().detectors.iter();
+        let compiled_set = self.compiled_set(set);
+        let detectors = compiled_set.compiled().detectors.iter();
         detectors.map(|detector| detector.collider).collect()
     }
 
@@ -107,14 +107,18 @@ impl FieldPipeline {
         dt: Real,
         view: WorldRef<'a>,
     ) -> Scene<'a> {
-        let current = self.current(fields.set);
-        let requirements = current.compiled().requirements;
+        let compiled_set = self.compiled_set(fields.set);
+        let requirements = compiled_set.compiled().requirements;
         let mut gatherer = self.gatherer.share_shapes();
-        let (bodies, samples) =
-            Self::sample_everyone(&mut gatherer, current.properties(), &view, requirements);
+        let (bodies, samples) = Self::sample_everyone(
+            &mut gatherer,
+            compiled_set.properties(),
+            &view,
+            requirements,
+        );
         Scene {
             set: fields.set,
-            current,
+            compiled_set,
             view,
             bodies,
             samples,
@@ -209,7 +213,7 @@ impl FieldPipeline {
         let scene = self.scene(fields, state, 1.0, view);
         let moment = moment(scene.time, scene.dt);
         let mut evaluator = Evaluator::default();
-        let (compiled, samples) = (scene.current.compiled(), &scene.samples);
+        let (compiled, samples) = (scene.compiled_set.compiled(), &scene.samples);
         evaluator.potential_energy(&SampledWorld::new(compiled, &scene.view, samples, moment))
     }
 
@@ -236,12 +240,12 @@ impl FieldPipeline {
         view: WorldRef<'_>,
         world_points: &[Vector],
     ) -> Vec<FieldValue> {
-        let current = self.current(fields.set);
+        let compiled_set = self.compiled_set(fields.set);
         let moment = moment(state.time, 1.0);
-        let samples = points(current.properties(), world_points);
+        let samples = points(compiled_set.properties(), world_points);
         let mut forces = Vec::new();
         let mut evaluator = Evaluator::default();
-        let scene = SampledWorld::new(current.compiled(), &view, &samples, moment);
+        let scene = SampledWorld::new(compiled_set.compiled(), &view, &samples, moment);
         evaluator.wrenches(&scene, &mut forces, None);
         let value = |(centre, wrench): (&SamplePoint, &Wrench)| {
             let query = Query {
@@ -262,10 +266,10 @@ impl FieldPipeline {
         fields: &Definition<'_>,
         view: WorldRef<'_>,
     ) -> Vec<StepError> {
-        let current = self.current(fields.set);
+        let compiled_set = self.compiled_set(fields.set);
         let compiled = Prepared {
             set: fields.set,
-            compiled: current.compiled(),
+            compiled: compiled_set.compiled(),
         };
         let moving = compiled.compiled.anchors.moving();
         let missing = moving.filter(|(_, anchor)| view.frame(anchor).is_none());
@@ -279,13 +283,13 @@ impl<'a> Scene<'a> {
     fn prepared(&self) -> Prepared<'_> {
         Prepared {
             set: self.set,
-            compiled: self.current.compiled(),
+            compiled: self.compiled_set.compiled(),
         }
     }
 
     fn context(&'a self, fields: &Definition<'_>) -> StepContext<'a, WorldRef<'a>> {
         StepContext {
-            compiled: self.current.compiled(),
+            compiled: self.compiled_set.compiled(),
             world: &self.view,
             samples: &self.samples,
             bodies: &self.bodies,
@@ -303,7 +307,7 @@ impl<'a> Scene<'a> {
                 held: &NONE,
                 reactions: None,
                 on_fault: FaultPolicy::Refuse,
-                sift: None,
+                drop_non_finite: None,
             },
         }
     }

@@ -105,7 +105,7 @@ impl StepScene {
             held: &self.held,
             reactions: None,
             on_fault: fields.settings.on_fault,
-            sift: None,
+            drop_non_finite: None,
         }
     }
 

@@ -44,8 +44,8 @@ pub(crate) struct Piece {
 
 impl Samples {
     /// The size of a body, if a term with this rule cuts it at borders; `None` if it does not.
-    pub(crate) fn cut(&self, how: SamplingRule, body: u32) -> Option<&Bulk> {
-        if how.cuts == Cuts::Never {
+    pub(crate) fn cut(&self, rule: SamplingRule, body: u32) -> Option<&Bulk> {
+        if rule.cuts == Cuts::Never {
             return None;
         }
         let own = self.overrides.get(body as usize).copied().flatten();
@@ -57,7 +57,7 @@ impl Samples {
     /// world axes.
     pub(crate) fn of_piece(
         &self,
-        how: SamplingRule,
+        rule: SamplingRule,
         body: u32,
         piece: &Piece,
         moment: Moment,
@@ -65,7 +65,7 @@ impl Samples {
         let (centre, site) = (&self.centres[body as usize], &self.sites[piece.site]);
         let attitude = &self.attitudes[body as usize];
         let arm = piece.world_point - to_dvec3(centre.world_point);
-        let (whole, weight, middle) = match how.cuts {
+        let (whole, weight, middle) = match rule.cuts {
             // A force that is shared out by mass acts on a whole body at its centre of mass.
             Cuts::Bodies => (centre, to_f64(site.share), self.bulks[body as usize].middle),
             Cuts::Shares => (site, 1.0, self.bulks[body as usize].middle),

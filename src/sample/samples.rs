@@ -247,25 +247,25 @@ impl Samples {
     }
 
     /// The sampling of a body in terms with this rule.
-    pub(crate) fn sampling(&self, how: SamplingRule, body: u32) -> SamplingRule {
+    pub(crate) fn sampling(&self, rule: SamplingRule, body: u32) -> SamplingRule {
         match self.overrides.get(body as usize) {
-            Some(Some(own)) if how.overridable => SamplingRule::own(*own),
-            _ => how,
+            Some(Some(own)) if rule.overridable => SamplingRule::own(*own),
+            _ => rule,
         }
     }
 
     /// Returns true if terms with this rule sample bodies as a whole.
-    pub(crate) fn asks_whole(&self, how: SamplingRule) -> bool {
-        how.sampling == Sampling::Centre && !(how.apart && self.apart)
+    pub(crate) fn asks_whole(&self, rule: SamplingRule) -> bool {
+        rule.sampling == Sampling::Centre && !(rule.apart && self.apart)
     }
 
     /// Returns true if a term with this rule is sampled at `sample`.
-    pub(crate) fn takes(&self, how: SamplingRule, sample: &SamplePoint) -> bool {
-        let how = self.sampling(how, sample.body);
-        let kind = match how.points() {
-            Some(_) if how.auto && sample.is_ball => Kind::Site,
+    pub(crate) fn takes(&self, rule: SamplingRule, sample: &SamplePoint) -> bool {
+        let rule = self.sampling(rule, sample.body);
+        let kind = match rule.points() {
+            Some(_) if rule.auto && sample.is_ball => Kind::Site,
             Some(points) => Kind::Several(points),
-            None if how.sampling == Sampling::Centre => Kind::Centre,
+            None if rule.sampling == Sampling::Centre => Kind::Centre,
             None => Kind::Site,
         };
         // For terms at centres of mass a particle has another sample, in `centres`.
@@ -274,46 +274,48 @@ impl Samples {
     }
 
     /// Returns true if a term with this rule is sampled at any samples of clouds.
-    pub(crate) fn any_cloud(&self, how: SamplingRule) -> bool {
+    pub(crate) fn any_cloud(&self, rule: SamplingRule) -> bool {
         let mut runs = self.clouds.runs.iter();
-        runs.any(|run| self.takes(how, &run.whole))
+        runs.any(|run| self.takes(rule, &run.whole))
     }
 
     /// The samples of bodies as a whole at which a program is sampled.
-    pub(crate) fn centres_for(&self, how: SamplingRule) -> impl Iterator<Item = &SamplePoint> {
-        let whole = self.asks_whole(how);
+    pub(crate) fn centres_for(&self, rule: SamplingRule) -> impl Iterator<Item = &SamplePoint> {
+        let whole = self.asks_whole(rule);
         let centres = if whole { &self.centres[..] } else { &[] };
-        centres.iter().filter(move |centre| self.takes(how, centre))
+        centres
+            .iter()
+            .filter(move |centre| self.takes(rule, centre))
     }
 
     /// The sites at which a program is sampled on bodies that it does not cut, with their numbers.
     pub(crate) fn uncut_sites_for(
         &self,
-        how: SamplingRule,
+        rule: SamplingRule,
     ) -> impl Iterator<Item = (usize, &SamplePoint)> {
         let sites = self.sites.iter().enumerate();
-        sites.filter(move |(_, site)| self.takes_uncut(how, site))
+        sites.filter(move |(_, site)| self.takes_uncut(rule, site))
     }
 
     /// Returns true if a program is sampled at a site or a run, on a body that it does not cut.
-    pub(crate) fn takes_uncut(&self, how: SamplingRule, part: &SamplePoint) -> bool {
-        self.takes_part(how, part) && self.cut(how, part.body).is_none()
+    pub(crate) fn takes_uncut(&self, rule: SamplingRule, part: &SamplePoint) -> bool {
+        self.takes_part(rule, part) && self.cut(rule, part.body).is_none()
     }
 
     /// The runs at which a program is sampled on bodies that it does not cut, with their numbers.
     pub(crate) fn uncut_runs_for(
         &self,
-        how: SamplingRule,
+        rule: SamplingRule,
     ) -> impl Iterator<Item = (u32, &CloudRun)> {
         let runs = (0..).zip(&self.clouds.runs);
-        runs.filter(move |(_, run)| self.takes_uncut(how, &run.whole))
+        runs.filter(move |(_, run)| self.takes_uncut(rule, &run.whole))
     }
 
     /// Returns true if a program is sampled at a site or a run.
-    pub(crate) fn takes_part(&self, how: SamplingRule, part: &SamplePoint) -> bool {
+    pub(crate) fn takes_part(&self, rule: SamplingRule, part: &SamplePoint) -> bool {
         // Parts are sampled at the centre of mass for terms that sample colliders one by one.
-        let is_other = self.asks_whole(how) && part.kind == Kind::Centre;
-        self.takes(how, part) && !is_other
+        let is_other = self.asks_whole(rule) && part.kind == Kind::Centre;
+        self.takes(rule, part) && !is_other
     }
 
     /// The number of a collider's site, if it has one.

@@ -433,13 +433,16 @@ fn a_state_that_no_step_can_leave_is_refused_by_value() {
             *at(it, "evaluation.dt") = (-1.0_f64).into()
         }),
         ("place 999", |it| {
-            *at(it, "evaluation.treatments.0.0") = 999_i32.into();
+            *at(it, "evaluation.stiff_methods.0.0") = 999_i32.into();
         }),
         ("omega2: -1.0", |it| {
-            *at(it, "evaluation.treatments.0.1.Resolve.pace.omega2") = (-1.0_f64).into();
+            *at(
+                it,
+                "evaluation.stiff_methods.0.1.Resolve.rate_estimate.omega2",
+            ) = (-1.0_f64).into();
         }),
         ("scale: -1.0", |it| {
-            *at(it, "evaluation.treatments.0.1.Resolve.balance.scale") = (-1.0_f64).into();
+            *at(it, "evaluation.stiff_methods.0.1.Resolve.balance.scale") = (-1.0_f64).into();
         }),
         ("wrenches has", |it| pop(it, "evaluation.wrenches")),
         ("records has", |it| pop(it, "records")),
@@ -499,7 +502,7 @@ fn a_nan_in_a_state_is_refused_by_the_name_of_its_list() {
     for path in ["time", "evaluation.dt", "records", "evaluation.wrenches"] {
         nan_in(&stiff, path);
     }
-    for path in ["evaluation.treatments", "evaluation.couplings"] {
+    for path in ["evaluation.stiff_methods", "evaluation.couplings"] {
         nan_in(&stiff, path);
     }
     nan_in(&stiff_run(Scheme::Kick), "evaluation.centres");

@@ -2,8 +2,8 @@
 
 use super::{Group, Run};
 use crate::integrate::fault::Fault;
-use crate::integrate::pace::Track;
-use crate::integrate::plan::{Bisection, Choice, MOST_HALVINGS, PARTS_PER_SUBSTEP};
+use crate::integrate::plan::{Bisection, MOST_HALVINGS, PARTS_PER_SUBSTEP, PlanRules};
+use crate::integrate::rate_estimate::Track;
 use crate::math::to_f64;
 use crate::rigid::{ENERGY_ERROR, Lookup, RigidState, Wrench};
 
@@ -17,10 +17,14 @@ struct PartStart {
 
 impl<W: Lookup> Run<'_, W> {
     /// Integrates the step in parts, each half as long as one that did not meet the tolerance.
-    pub(super) fn bisect(&mut self, group: &mut Group, choice: Choice) -> Result<Bisection, Fault> {
+    pub(super) fn bisect(
+        &mut self,
+        group: &mut Group,
+        plan_rules: PlanRules,
+    ) -> Result<Bisection, Fault> {
         let dt = to_f64(self.setting.context.dt);
         let mut made = Bisection::default();
-        let mut left = PARTS_PER_SUBSTEP * choice.most;
+        let mut left = PARTS_PER_SUBSTEP * plan_rules.most;
         // The parts to be made, the next one last, each by its number of halvings.
         let mut parts = vec![0_u32];
         self.track(group);
@@ -32,7 +36,7 @@ impl<W: Lookup> Run<'_, W> {
             let error = omega2 * h * h / 4.0;
             left = left.saturating_sub(1);
             // False for NaN.
-            let does = error <= choice.tolerance;
+            let does = error <= plan_rules.tolerance;
             if !does && halvings < MOST_HALVINGS && left > 0 {
                 self.back(group, saved);
                 parts.extend([halvings + 1; 2]);

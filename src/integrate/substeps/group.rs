@@ -1,7 +1,7 @@
 //! The samples of the bodies that are moved together, at their present poses.
 
 use crate::eval::{Evaluator, Lineariser};
-use crate::integrate::coupling::{Besides, LinearisedWrench};
+use crate::integrate::coupling::{ExternalTerms, LinearisedWrench};
 use crate::math::{DQuat, DVec3, RigidBodyHandle, from_dvec3, to_dvec3};
 use crate::rapier::na::Vector6;
 use crate::rigid::{Mobility, RigidState, Wrench};
@@ -31,7 +31,7 @@ pub(super) struct Solution {
     pub coupling: LinearisedWrench,
     pub mobility: Mobility,
     /// The other causes of motion, at the start.
-    pub besides: Besides,
+    pub external: ExternalTerms,
     /// The mean over the kick of all forces, or the forces in the middle of it.
     pub wrench: Vector6<f64>,
     /// The velocities in the middle of the kick.

@@ -191,7 +191,7 @@ impl Pass<'_> {
             Some(first) => rules.places.before(first.motions, handle),
         };
         let is_loaded =
-            before.load.is_some() || before.completion.is_some_and(Completion::is_settled);
+            before.load.is_some() || before.completion.is_some_and(Completion::is_completed);
         if is_loaded || self.is_special(rules, handle, body) {
             let (at, known) = (&mut rules.places.reactions, self.half.reactions);
             let loaded = known.next_of(at, handle).filter(|_| rules.kick.first);

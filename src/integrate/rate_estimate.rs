@@ -15,7 +15,7 @@ const CERTAIN: f64 = 64.0;
 /// The stiffness that a path has shown.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
-pub(crate) struct Pace {
+pub(crate) struct RateEstimate {
     /// The square of the fastest angular frequency.
     pub omega2: f64,
     /// The largest change of `omega2` from one piece of the path to the next. Where it is not small, a scheme of higher
@@ -23,8 +23,8 @@ pub(crate) struct Pace {
     pub jump: f64,
 }
 
-impl Pace {
-    /// Returns true if a path can have shown this pace. Infinite values are valid.
+impl RateEstimate {
+    /// Returns true if a path can have shown this stiffness. Infinite values are valid.
     pub(super) fn is_sound(self) -> bool {
         self.omega2 >= 0.0 && self.jump >= 0.0
     }
@@ -33,7 +33,7 @@ impl Pace {
 /// Follows the path of a body from kick to kick.
 #[derive(Clone, Default)]
 pub(super) struct Track {
-    pub pace: Pace,
+    pub rate_estimate: RateEstimate,
     last: Option<PathPoint>,
     omega2: Option<Bounds>,
     /// The largest square of a frequency that two consecutive pieces or a Jacobian have shown, and not an edge alone.
@@ -178,7 +178,9 @@ impl Track {
         // False for NaN, if neither the acceleration nor the pose changes.
         let found = omega2.filter(|omega2| *omega2 > most);
         self.is_stiff_aside = found.is_some();
-        self.pace.omega2 = found.map_or(self.pace.omega2, |it| it.max(self.pace.omega2));
+        self.rate_estimate.omega2 = found.map_or(self.rate_estimate.omega2, |it| {
+            it.max(self.rate_estimate.omega2)
+        });
     }
 
     /// Returns true if the last piece has shown more than `most`, and no second piece or Jacobian has confirmed it.
@@ -199,10 +201,10 @@ impl Track {
     /// Records the square of a frequency.
     fn see(&mut self, now: Bounds) {
         let before = self.omega2.replace(now);
-        self.pace.omega2 = self.pace.omega2.max(now.least);
+        self.rate_estimate.omega2 = self.rate_estimate.omega2.max(now.least);
         if let Some(before) = before {
             self.sustained = self.sustained.max(before.least.min(now.least));
-            self.pace.jump = self.pace.jump.max(now.distance(before));
+            self.rate_estimate.jump = self.rate_estimate.jump.max(now.distance(before));
         }
     }
 }

@@ -1,12 +1,12 @@
 //! Warnings of steps that are too long for the fields, under schemes that do not choose.
 
 use super::evaluation::Evaluation;
+use super::lookahead::{Lookahead, NEAR};
 use super::motion::{Motions, Start};
-use super::pace::Track;
-use super::scout::{NEAR, Scout};
+use super::rate_estimate::Track;
 use super::secant::fourth_power;
 use super::stability::{BY_FORCE, COUPLED, Mode, warns_from};
-use super::stiffness::{Estimate, StepWarning, Stiffness, Treatment};
+use super::stiffness::{Estimate, StepWarning, StiffMethod, Stiffness};
 use super::{Integrator, Scheme, StepContext};
 use crate::math::{Real, RigidBodyHandle, Vector, from_f64, to_f64};
 use crate::rapier::dynamics::RigidBody;
@@ -26,7 +26,7 @@ const HELD: f64 = 1.0;
 impl Integrator {
     /// Warns of bodies that are not in the `last` evaluation and are where the fields are too stiff for the coming
     /// step: bodies that overlap would be thrown far apart.
-    pub(super) fn watch_new(
+    pub(super) fn warn_of_new(
         &mut self,
         context: &StepContext<'_, impl Lookup>,
         evaluation: &Evaluation,
@@ -49,10 +49,10 @@ impl Integrator {
             warnings.extend(worst);
             new.clear();
         } else if new.len() > MOST_NEW {
-            let mut scout = Scout::default();
-            scout.look(&mut self.motions, context, &evaluation.wrenches, 1.0);
+            let mut lookahead = Lookahead::default();
+            lookahead.look(&mut self.motions, context, &evaluation.wrenches, 1.0);
             let shown =
-                |place: usize| to_f64(scout.shown(context, place, evaluation.wrenches[place]));
+                |place: usize| to_f64(lookahead.shown(context, place, evaluation.wrenches[place]));
             // Half of the limit, because the path of a body need not be in the stiffest direction.
             new.retain(|place| exceeds(shown(*place), 0.25 * limit * limit));
             new.sort_unstable_by(|one, other| shown(*other).total_cmp(&shown(*one)));
@@ -71,7 +71,7 @@ impl Integrator {
     }
 
     /// Warns of links of multibodies that are not in the `last` evaluation; they get forces under every scheme.
-    pub(super) fn watch_new_links(
+    pub(super) fn warn_of_new_links(
         &mut self,
         context: &StepContext<'_, impl Lookup>,
         evaluation: &Evaluation,
@@ -105,13 +105,14 @@ impl Integrator {
         places: impl Iterator<Item = usize>,
         limit: f64,
     ) -> Option<StepWarning> {
-        let mut scout = std::mem::take(&mut self.scout);
-        scout.look(&mut self.motions, context, &evaluation.wrenches, NEAR);
-        let shown = |place: usize| to_f64(scout.shown(context, place, evaluation.wrenches[place]));
+        let mut lookahead = std::mem::take(&mut self.lookahead);
+        lookahead.look(&mut self.motions, context, &evaluation.wrenches, NEAR);
+        let shown =
+            |place: usize| to_f64(lookahead.shown(context, place, evaluation.wrenches[place]));
         let shown = places.map(|place| (shown(place).sqrt(), place));
         let bad = shown.filter(|(dt_omega, _)| exceeds(*dt_omega, limit));
         let worst = bad.max_by(|one, other| one.0.total_cmp(&other.0));
-        self.scout = scout;
+        self.lookahead = lookahead;
         worst.map(|(dt_omega, place)| stiff(evaluation.bodies[place], dt_omega, context))
     }
 
@@ -151,7 +152,7 @@ impl Integrator {
             return;
         };
         let body = evaluation.bodies[place];
-        if is_told(warnings, body) {
+        if is_warned_of(warnings, body) {
             return;
         }
         // Energy is gained at any step, so Jacobians would be computed in each one.
@@ -202,7 +203,7 @@ impl Integrator {
 
     /// Warns of the linearised body for which the linearly implicit scheme is the worst: it damps restoring forces, and
     /// leaves out forces that push bodies apart, and the motion of other bodies.
-    pub(super) fn watch_implicit(
+    pub(super) fn warn_of_implicit(
         &mut self,
         context: &StepContext<'_, impl Lookup>,
         evaluation: &Evaluation,
@@ -222,18 +223,18 @@ impl Integrator {
 
     /// Warns of bodies that Rapier's solver holds and that oscillate too fast for one kick a step: the substeps of a
     /// scheme that chooses do not include contacts and joints.
-    pub(super) fn watch_held(
+    pub(super) fn warn_of_held(
         context: &StepContext<'_, impl Lookup>,
         evaluation: &Evaluation,
         warnings: &mut Vec<StepWarning>,
     ) {
-        for (place, treatment) in &evaluation.treatments {
+        for (place, stiff_method) in &evaluation.stiff_methods {
             let body = &context.bodies[*place];
-            let Treatment::Resolve { pace, .. } = treatment else {
+            let StiffMethod::Resolve { rate_estimate, .. } = stiff_method else {
                 continue;
             };
-            let dt_omega = pace.omega2.sqrt() * to_f64(context.dt);
-            if dt_omega > HELD && context.is_held(body) && !is_told(warnings, body.handle) {
+            let dt_omega = rate_estimate.omega2.sqrt() * to_f64(context.dt);
+            if dt_omega > HELD && context.is_held(body) && !is_warned_of(warnings, body.handle) {
                 warnings.push(stiff(body.handle, dt_omega, context));
             }
         }
@@ -281,7 +282,9 @@ impl Integrator {
         context: &StepContext<'_, impl Lookup>,
         warnings: &mut Vec<StepWarning>,
     ) {
-        let Some((body, omega2)) = self.fastest.filter(|(body, _)| !is_told(warnings, *body))
+        let Some((body, omega2)) = self
+            .fastest
+            .filter(|(body, _)| !is_warned_of(warnings, *body))
         else {
             return;
         };
@@ -309,7 +312,7 @@ fn exceeds(rate: f64, limit: f64) -> bool {
     rate.is_nan() || rate > limit
 }
 
-fn is_told(warnings: &[StepWarning], body: RigidBodyHandle) -> bool {
+fn is_warned_of(warnings: &[StepWarning], body: RigidBodyHandle) -> bool {
     let tells = |it: &StepWarning| matches!(it, StepWarning::Stiff { body: it, .. } if *it == body);
     warnings.iter().any(tells)
 }
@@ -332,7 +335,7 @@ fn stiff(
         Scheme::LinearlyImplicit => Scheme::Kick,
         scheme => scheme,
     };
-    told(
+    stiff_warning(
         body,
         from_f64(dt_omega),
         mode.largest_stable_dt(scheme, context.compiled.reads_velocity),
@@ -342,10 +345,10 @@ fn stiff(
 /// The warning for forces given to Rapier, which gain energy at any step; at `dt_omega`, more than a percent in a
 /// hundred steps.
 fn by_force(body: RigidBodyHandle, dt_omega: Real, dt: Real) -> StepWarning {
-    told(body, dt_omega, to_f64(dt) * BY_FORCE / to_f64(dt_omega))
+    stiff_warning(body, dt_omega, to_f64(dt) * BY_FORCE / to_f64(dt_omega))
 }
 
-fn told(body: RigidBodyHandle, dt_omega: Real, largest_stable_dt: f64) -> StepWarning {
+fn stiff_warning(body: RigidBodyHandle, dt_omega: Real, largest_stable_dt: f64) -> StepWarning {
     StepWarning::Stiff {
         body,
         dt_omega,
@@ -383,9 +386,9 @@ fn judged(
         let report = report(context, estimate);
         let body = evaluation.bodies[estimate.place];
         let warning = match scheme {
-            Scheme::LinearlyImplicit => told(body, from_f64(rate * dt), limit / rate),
+            Scheme::LinearlyImplicit => stiff_warning(body, from_f64(rate * dt), limit / rate),
             Scheme::ExternalForce => by_force(body, report.dt_omega, context.dt),
-            _ => told(body, report.dt_omega, to_f64(report.largest_stable_dt)),
+            _ => stiff_warning(body, report.dt_omega, to_f64(report.largest_stable_dt)),
         };
         (rate, warning)
     })
@@ -413,7 +416,7 @@ pub(crate) fn warn_of_springs(body: RigidBodyHandle, omega2: f64, dt: Real) -> O
     let omega = omega2.sqrt();
     let dt_omega = omega * to_f64(dt);
     let warned = dt_omega > SPRINGS_FROM;
-    warned.then(|| told(body, from_f64(dt_omega), 2.0 / omega))
+    warned.then(|| stiff_warning(body, from_f64(dt_omega), 2.0 / omega))
 }
 
 /// The dt·ω from which on springs warn. A bounce off a spring multiplies the energy by at most 1/(1 − (dt·ω)²/4), which

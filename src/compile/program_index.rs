@@ -8,8 +8,8 @@ const LONGEST: usize = 4096;
 
 /// The numbers of the programs that have certain properties, and the latest changes of programs.
 #[derive(Debug)]
-pub(crate) struct Roster {
-    /// A number that no other roster has.
+pub(crate) struct ProgramIndex {
+    /// A number that no other index has.
     name: u64,
     /// Programs with forces of unbounded reach, by number.
     unbounded: Vec<u32>,
@@ -21,16 +21,16 @@ pub(crate) struct Roster {
     changed: Vec<(u32, Key)>,
 }
 
-/// The state of a roster up to which a follower has seen its changes.
+/// The state of an index up to which a follower has seen its changes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Followed {
     name: u64,
     changes: u64,
 }
 
-impl Default for Roster {
+impl Default for ProgramIndex {
     fn default() -> Self {
-        Roster {
+        ProgramIndex {
             name: unique(),
             unbounded: Vec::new(),
             moving: Vec::new(),
@@ -40,7 +40,7 @@ impl Default for Roster {
     }
 }
 
-impl Roster {
+impl ProgramIndex {
     /// Notes that a term has changed a program, or that the program is gone.
     pub(super) fn note(&mut self, number: u32, serial: Key, program: Option<&Program>) {
         let program = program.filter(|program| program.has_force);

@@ -16,7 +16,7 @@ const CERTAIN: Real = 64.0;
 
 /// The wrenches at the predicted poses of bodies; its buffers are reused.
 #[derive(Default)]
-pub(super) struct Scout {
+pub(super) struct Lookahead {
     share: Real,
     evaluator: Evaluator,
     samples: Samples,
@@ -31,7 +31,7 @@ struct Way {
     angvel: Vector,
 }
 
-impl Scout {
+impl Lookahead {
     /// Evaluates the fields at the poses to which bodies would move in a share of the step, with the velocities that
     /// the wrenches `here` would give them over the whole step.
     pub(super) fn look(

@@ -29,7 +29,7 @@ impl Field {
 
     /// A hash that is equal for fields that are alike, and rarely for others. It is made of the vector at one point
     /// and the distances of another point from the surfaces of the region.
-    pub(crate) fn likeness(&self) -> u64 {
+    pub(crate) fn dedup_key(&self) -> u64 {
         let mut print = Fingerprint::default();
         std::mem::discriminant(&self.formula).hash(&mut print);
         match code(&self.formula) {
@@ -150,7 +150,7 @@ mod tests {
     #[test]
     fn fields_that_are_alike_have_equal_hashes_and_others_do_not() {
         let zone = |x: Real| Field::uniform(Vector::X * x).within(Region::ball(2.0));
-        let number = |field: &Field| field.likeness();
+        let number = |field: &Field| field.dedup_key();
         let named = zone(1.0).named("a").at(Vector::Y).strength(3.0);
         assert!(zone(1.0).is_like(&named));
         assert_eq!(number(&zone(1.0)), number(&named));
@@ -180,7 +180,7 @@ mod tests {
         for (place, make) in makes.iter().enumerate() {
             let field = |k: u16| Field::uniform(Vector::X).within(make(1.0 + Real::from(k) * 1e-3));
             let numbers: std::collections::HashSet<u64> =
-                (0..1000).map(|k| field(k).likeness()).collect();
+                (0..1000).map(|k| field(k).dedup_key()).collect();
             assert_eq!(numbers.len(), 1000, "{place}");
         }
     }

@@ -197,7 +197,7 @@ fn compare(tree: Tree, samples: &Samples) -> Result<[u32; 2], TestCaseError> {
     };
     let several: Vec<_> = samples.sites.iter().collect();
     let mut counts = [0, 0];
-    let mut machine = Interpreter::default();
+    let mut interpreter = Interpreter::default();
     for (_, program) in compiled.programs.iter().filter(|(_, p)| p.in_lanes) {
         for instance in 0..program.instances.len() {
             let asked = LaneInput {
@@ -214,7 +214,7 @@ fn compare(tree: Tree, samples: &Samples) -> Result<[u32; 2], TestCaseError> {
             for lane in lanes_of(!found.doubtful & ((1 << several.len()) - 1)) {
                 let query = samples.query(several[lane], moment);
                 let motion = Motion::of(&query);
-                let want = machine.run(program, instance, &frames, &query, &motion);
+                let want = interpreter.run(program, instance, &frames, &query, &motion);
                 prop_assert_eq!(
                     want.is_some(),
                     found.defined >> lane & 1 == 1,

@@ -6,9 +6,9 @@ use crate::field::{Anchor, Axis, Nodes, Points};
 
 /// Flags of a term, one bit for each.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct Facts(u32);
+pub(super) struct TermFlags(u32);
 
-impl Facts {
+impl TermFlags {
     /// Depends on velocities.
     pub(super) const READS_VELOCITY: u32 = 0;
     /// Names one of the user's axes.
@@ -41,24 +41,24 @@ impl Facts {
     const SEVERAL_OF_BALLS: u32 = Self::SEVERAL + Points::ALL.len() as u32;
     const COUNT: usize = Self::SEVERAL_OF_BALLS as usize + Points::ALL.len();
 
-    pub(super) fn set(&mut self, fact: u32) {
-        self.0 |= 1 << fact;
+    pub(super) fn set(&mut self, flag: u32) {
+        self.0 |= 1 << flag;
     }
 
-    pub(super) fn set_if(&mut self, fact: u32, holds: bool) {
-        self.0 |= u32::from(holds) << fact;
+    pub(super) fn set_if(&mut self, flag: u32, holds: bool) {
+        self.0 |= u32::from(holds) << flag;
     }
 
-    pub(super) fn holds(self, fact: u32) -> bool {
-        self.0 & (1 << fact) != 0
+    pub(super) fn holds(self, flag: u32) -> bool {
+        self.0 & (1 << flag) != 0
     }
 
     /// Adds the sampling requirements of a term.
     pub(super) fn require(&mut self, wanted: &SamplingRequirements) {
         self.set_if(Self::PARTS, wanted.parts);
-        for (fact, sampling) in (0..).zip(wanted.several) {
-            self.set_if(Self::SEVERAL + fact, sampling >= PartSampling::AllButBalls);
-            self.set_if(Self::SEVERAL_OF_BALLS + fact, sampling == PartSampling::All);
+        for (flag, sampling) in (0..).zip(wanted.several) {
+            self.set_if(Self::SEVERAL + flag, sampling >= PartSampling::AllButBalls);
+            self.set_if(Self::SEVERAL_OF_BALLS + flag, sampling == PartSampling::All);
         }
         self.set_if(Self::DISPLACED, wanted.displaced);
         self.set_if(Self::PIECES, wanted.pieces);
@@ -67,63 +67,63 @@ impl Facts {
     }
 
     /// The flags that follow from the axes, code and anchors at the nodes of a term.
-    pub(super) fn of_nodes(nodes: Nodes<'_>, below: &[u32]) -> Facts {
-        let mut facts = Facts::default();
+    pub(super) fn of_nodes(nodes: Nodes<'_>, below: &[u32]) -> TermFlags {
+        let mut flags = TermFlags::default();
         let moves = |anchor: &Anchor| !matches!(anchor, Anchor::World { .. });
         for place in below {
             for axis in nodes.axes_at(*place) {
-                facts.set_if(Self::READS_VELOCITY, axis.reads_velocity());
-                facts.set_if(Self::READS_TIME, *axis == Axis::Time);
-                facts.set_if(Self::READS_USER_AXES, matches!(axis, Axis::User(_)));
+                flags.set_if(Self::READS_VELOCITY, axis.reads_velocity());
+                flags.set_if(Self::READS_TIME, *axis == Axis::Time);
+                flags.set_if(Self::READS_USER_AXES, matches!(axis, Axis::User(_)));
             }
             let by_code = nodes.scale(*place).is_some_and(|scale| scale.has_code());
-            facts.set_if(Self::READS_TIME, by_code);
+            flags.set_if(Self::READS_TIME, by_code);
             if let Some(field) = nodes.field(*place).filter(|field| field.enabled) {
-                facts.set_if(Self::READS_VELOCITY, field.reads_velocity());
-                facts.set_if(Self::READS_TIME, field.reads_time());
+                flags.set_if(Self::READS_VELOCITY, field.reads_velocity());
+                flags.set_if(Self::READS_TIME, field.reads_time());
             }
-            facts.set_if(Self::MOVES, nodes.anchors_at(*place).iter().any(moves));
+            flags.set_if(Self::MOVES, nodes.anchors_at(*place).iter().any(moves));
         }
-        facts.set_if(Self::IGNORES_VELOCITY, !facts.holds(Self::READS_VELOCITY));
-        facts
+        flags.set_if(Self::IGNORES_VELOCITY, !flags.holds(Self::READS_VELOCITY));
+        flags
     }
 }
 
 /// For each flag, the number of terms that have it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct FactCounts([u32; Facts::COUNT]);
+pub(super) struct FlagCounts([u32; TermFlags::COUNT]);
 
-impl FactCounts {
+impl FlagCounts {
     /// Counts the new flags of a term in place of its old ones.
-    pub(super) fn replace(&mut self, old: Facts, new: Facts) {
-        for (fact, count) in (0..).zip(&mut self.0) {
-            *count += u32::from(new.holds(fact));
-            *count -= u32::from(old.holds(fact));
+    pub(super) fn replace(&mut self, old: TermFlags, new: TermFlags) {
+        for (flag, count) in (0..).zip(&mut self.0) {
+            *count += u32::from(new.holds(flag));
+            *count -= u32::from(old.holds(flag));
         }
     }
 
     /// Returns true if any term has the flag.
-    pub(super) fn any(&self, fact: u32) -> bool {
-        self.0[fact as usize] > 0
+    pub(super) fn any(&self, flag: u32) -> bool {
+        self.0[flag as usize] > 0
     }
 
     /// The sampling requirements of all terms together.
     pub(super) fn wanted(&self) -> SamplingRequirements {
         let several = |points: usize| {
             let of = |first: u32| self.any(first + points as u32);
-            match (of(Facts::SEVERAL), of(Facts::SEVERAL_OF_BALLS)) {
+            match (of(TermFlags::SEVERAL), of(TermFlags::SEVERAL_OF_BALLS)) {
                 (_, true) => PartSampling::All,
                 (true, _) => PartSampling::AllButBalls,
                 _ => PartSampling::None,
             }
         };
         SamplingRequirements {
-            parts: self.any(Facts::PARTS),
+            parts: self.any(TermFlags::PARTS),
             several: std::array::from_fn(several),
-            displaced: self.any(Facts::DISPLACED),
-            pieces: self.any(Facts::PIECES),
-            points: self.any(Facts::POINTS),
-            apart: self.any(Facts::APART),
+            displaced: self.any(TermFlags::DISPLACED),
+            pieces: self.any(TermFlags::PIECES),
+            points: self.any(TermFlags::POINTS),
+            apart: self.any(TermFlags::APART),
         }
     }
 }

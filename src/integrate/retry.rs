@@ -9,14 +9,14 @@ use super::motion::{Resolved, Start};
 use super::plan::StepPlan;
 use super::predicted::from_dquat;
 use super::resolve::Begins;
-use super::stiffness::{StepWarning, Treatment};
+use super::stiffness::{StepWarning, StiffMethod};
 use super::{Integrator, StepContext};
 use crate::math::{Pose, RigidBodyHandle, Vector, from_dvec3, to_dquat, to_f64};
 use crate::rigid::{Body, Lookup, RigidState, Turning, Wrench};
 
 /// The state of a body after its step was repeated.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Redone {
+pub(crate) struct Retried {
     pub place: usize,
     pub body: RigidBodyHandle,
     /// The wrench on the body at `pose`.
@@ -29,25 +29,27 @@ pub(crate) struct Redone {
 impl Integrator {
     /// Moves the bodies that [`update`](Self::update) has listed again, from their state `before`, with the wrenches of
     /// the `last` evaluation. If bodies act on each other, all take the finest plan, or none is moved.
-    pub(crate) fn redo(
+    pub(crate) fn retry(
         &mut self,
         context: &StepContext<'_, impl Lookup>,
         evaluation: &mut Evaluation,
         before: &[Body],
         last: &Evaluation,
-        redone: &mut Vec<Redone>,
+        retried: &mut Vec<Retried>,
         warnings: &mut Vec<StepWarning>,
     ) {
-        redone.clear();
-        let Some(choice) = context.choice() else {
+        retried.clear();
+        let Some(plan_rules) = context.plan_rules() else {
             return;
         };
         let mut places = std::mem::take(&mut evaluation.missed);
         if places.is_empty() {
             return;
         }
-        let plan = |place: usize| match evaluation.treatment(place) {
-            Some(Treatment::Resolve { pace, .. }) => choice.plan(pace, to_f64(context.dt)),
+        let plan = |place: usize| match evaluation.stiff_method(place) {
+            Some(StiffMethod::Resolve { rate_estimate, .. }) => {
+                plan_rules.plan(rate_estimate, to_f64(context.dt))
+            }
             _ => StepPlan::WHOLE,
         };
         let mut starts: Vec<Start> = places
@@ -78,53 +80,65 @@ impl Integrator {
             let body = &context.bodies[place];
             let shown = own_lag(context, body, moved.wrench).map(|lag| moved.state.behind(lag));
             let shown = shown.as_ref().unwrap_or(moved.state);
-            redone.push(Redone::new(place, body, moved.wrench, shown));
+            retried.push(Retried::new(place, body, moved.wrench, shown));
             found.extend(moved.resolved);
             Ok(())
         });
         if outcome.is_err() || (coupled && !faults.is_empty()) {
-            redone.clear();
+            retried.clear();
             found.clear();
         }
         // The others stay at the poses after the step, with a warning.
         let mut left = places.clone();
-        left.retain(|place| redone.iter().all(|now| now.place != *place));
+        left.retain(|place| retried.iter().all(|now| now.place != *place));
         for place in &left {
-            if let Some(Treatment::Resolve { pace, .. }) = evaluation.treatment(*place) {
-                let error = choice.error(pace, StepPlan::WHOLE, to_f64(context.dt));
+            if let Some(StiffMethod::Resolve { rate_estimate, .. }) =
+                evaluation.stiff_method(*place)
+            {
+                let error = plan_rules.error(rate_estimate, StepPlan::WHOLE, to_f64(context.dt));
                 self.reached = self.reached.max(error);
                 let body = evaluation.bodies[*place];
-                warnings.push(StepWarning::missed(choice, body, error));
+                warnings.push(StepWarning::missed(plan_rules, body, error));
             }
         }
-        if redone.is_empty() {
+        if retried.is_empty() {
             return;
         }
         places.retain(|place| left.binary_search(place).is_err());
         for resolved in &found {
             self.reached = self.reached.max(resolved.error);
-            if resolved.error > choice.tolerance {
-                warnings.push(StepWarning::missed(choice, resolved.body, resolved.error));
+            if resolved.error > plan_rules.tolerance {
+                warnings.push(StepWarning::missed(
+                    plan_rules,
+                    resolved.body,
+                    resolved.error,
+                ));
             }
         }
         let dt = to_f64(context.dt);
-        let treatments = &mut evaluation.treatments;
-        treatments.retain(|(place, _)| places.binary_search(place).is_err());
-        for (now, resolved) in redone.iter().zip(&found) {
+        let stiff_methods = &mut evaluation.stiff_methods;
+        stiff_methods.retain(|(place, _)| places.binary_search(place).is_err());
+        for (now, resolved) in retried.iter().zip(&found) {
             evaluation.wrenches[now.place] = now.wrench;
-            if !choice.is_calm(resolved.pace, dt) {
-                let (pace, balance) = (resolved.pace, resolved.balance);
-                treatments.push((now.place, Treatment::Resolve { pace, balance }));
+            if !plan_rules.is_calm(resolved.rate_estimate, dt) {
+                let (rate_estimate, balance) = (resolved.rate_estimate, resolved.balance);
+                stiff_methods.push((
+                    now.place,
+                    StiffMethod::Resolve {
+                        rate_estimate,
+                        balance,
+                    },
+                ));
             }
         }
-        treatments.sort_unstable_by_key(|(place, _)| *place);
-        redone.sort_unstable_by_key(|now| now.place);
+        stiff_methods.sort_unstable_by_key(|(place, _)| *place);
+        retried.sort_unstable_by_key(|now| now.place);
         evaluation.missed = places;
         evaluation.outdated = true;
     }
 }
 
-impl Redone {
+impl Retried {
     fn new(place: usize, body: &Body, wrench: Wrench, state: &RigidState) -> Self {
         let turned = !matches!(state.turning, Turning::LeftAlone);
         let rotation = if turned {
@@ -133,7 +147,7 @@ impl Redone {
             body.pose.rotation
         };
         let arm = to_dquat(rotation) * -state.local_com;
-        Redone {
+        Retried {
             place,
             body: body.handle,
             wrench,

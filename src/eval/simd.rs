@@ -104,18 +104,18 @@ impl LaneInput<'_> {
     pub(super) fn interpreted(
         &self,
         sample: &SamplePoint,
-        machine: &mut Interpreter,
+        interpreter: &mut Interpreter,
     ) -> Option<DVec3> {
         let query = self.samples.query(sample, self.moment);
-        machine.force(self.program, self.instance, self.frames, &query)
+        interpreter.force(self.program, self.instance, self.frames, &query)
     }
 
     /// A program that has no form in lanes leaves all samples in doubt.
     fn run(&self, queries: &Queries, motion: &Motion<Lanes>, count: usize) -> LaneOutput {
-        let asked = (1 << count) - 1;
+        let all = (1 << count) - 1;
         if !self.program.in_lanes {
             return LaneOutput {
-                doubtful: asked,
+                doubtful: all,
                 ..LaneOutput::default()
             };
         }
@@ -125,8 +125,8 @@ impl LaneInput<'_> {
         let Vec3 { x, y, z } = felt.force;
         LaneOutput {
             forces: [x.0, y.0, z.0],
-            defined: felt.defined.bits() & asked,
-            doubtful: felt.doubtful.bits() & asked,
+            defined: felt.defined.bits() & all,
+            doubtful: felt.doubtful.bits() & all,
         }
     }
 

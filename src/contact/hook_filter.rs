@@ -24,7 +24,7 @@ const MOST_KINDS: usize = 16;
 
 /// Finds the colliders of a step that need no hook; its buffers are reused.
 #[derive(Debug, Default)]
-pub(crate) struct Calm {
+pub(crate) struct HookFilter {
     /// Slow bodies in the order of their handles, each with the speed that a body touching it may have without the
     /// contact being an impact; infinite for bodies that are not dynamic and stand still.
     slow: Vec<(RigidBodyHandle, Real)>,
@@ -65,7 +65,7 @@ impl ContactKind {
     }
 }
 
-impl Calm {
+impl HookFilter {
     /// Finds the quiet colliders from the bodies as they are when Rapier's step begins.
     pub(crate) fn find(
         &mut self,
@@ -131,7 +131,7 @@ impl Calm {
         for (handle, body) in world.bodies().filter(|(_, body)| body.is_enabled()) {
             let mut colliders = body.colliders().iter();
             let any_unclaimed = colliders.any(|it| claims.bits(*it).is_empty());
-            let limit = SURELY * claims.slow(starts, handle);
+            let limit = SURELY * claims.resting_speed(starts, handle);
             let dynamic = body.is_dynamic() && body.soft_ccd_prediction() <= 0.0;
             // Most moving bodies are fast enough by their linear velocity alone.
             if body.is_dynamic() && !any_unclaimed && 2.0 * body.linvel().length() >= limit {
