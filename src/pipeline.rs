@@ -38,7 +38,7 @@ use crate::bridge::{
     WorldMut,
 };
 use crate::contact::{
-    Claims, ContactEvent, Detection, Detector, FieldContact, HookFilter, ResponderRules,
+    ContactEvent, Detection, Detector, FieldContact, HookFilter, OwnershipRules, ResponderRules,
 };
 use crate::cross_check::Watched;
 use crate::diagnose::{ZoneEvent, ZoneWatch};
@@ -150,9 +150,9 @@ pub struct FieldPipeline {
     detectors_revision: Option<u64>,
     detection: Detection,
     pushes: Vec<Push>,
-    claims: Arc<Claims>,
+    ownership_rules: Arc<OwnershipRules>,
     hook_filter: HookFilter,
-    claims_for: (ResponderRules, Detection),
+    ownership_for: (ResponderRules, Detection),
     watched: Watched,
     pub(crate) warnings: Vec<StepWarning>,
     /// Bodies whose last step was repeated.
@@ -291,14 +291,18 @@ impl FieldPipeline {
             self.detection = settings.detection;
             self.detector = Detector::new(&self.scene.compiled, self.detection);
         }
-        let claims_for = (settings.rules.clone(), settings.detection);
-        if stale || self.claims_for != claims_for {
+        let ownership_for = (settings.rules.clone(), settings.detection);
+        if stale || self.ownership_for != ownership_for {
             self.detectors_revision = found;
             let detectors = self.scene.compiled.detectors.iter();
             self.watched = Watched::new(detectors.map(|it| (it.collider, it.mask.is_none())));
             let swept = settings.detection == Detection::Swept;
-            self.claims = Arc::new(Claims::new(&settings.rules, &self.scene.compiled, swept));
-            self.claims_for = claims_for;
+            self.ownership_rules = Arc::new(OwnershipRules::new(
+                &settings.rules,
+                &self.scene.compiled,
+                swept,
+            ));
+            self.ownership_for = ownership_for;
         }
     }
 }

@@ -10,6 +10,7 @@ use super::field_mask::{At, DetectionFields, FieldMasks};
 use super::hooks::PairOutcomes;
 use super::meet::next_touch;
 use super::modes::Detection;
+use super::ownership::PairOwner;
 use super::resting::HeldPairs;
 use super::rules::{Pairs, in_order};
 use super::starts::Starts;
@@ -50,12 +51,10 @@ pub(crate) struct SweptStep<'a, A> {
     /// The moment at which the step began.
     pub moment: Moment,
     pub dt: Real,
-    /// Returns true if the fields answer a contact.
-    pub answers: A,
-    /// The decisions of the hooks on claimed pairs during Rapier's step.
+    /// The owner of a contact's pair.
+    pub owner: A,
+    /// The decisions of the hooks on pairs of the fields during Rapier's step.
     pub outcomes: &'a PairOutcomes,
-    /// The pairs that Rapier answers until they separate.
-    pub given: &'a Pairs,
     /// See [`FieldSettings::swept_work`](crate::pipeline::FieldSettings::swept_work).
     pub work: u32,
 }
@@ -105,7 +104,7 @@ impl Detector {
         &mut self,
         compiled: &Compiled,
         world: &(impl Lookup + Frames),
-        step: SweptStep<'_, impl Fn(&FieldContact) -> bool>,
+        step: SweptStep<'_, impl Fn(&FieldContact) -> PairOwner>,
         samples: impl FnOnce(&mut Samples),
         pushes: &mut Vec<Push>,
     ) {
@@ -123,9 +122,8 @@ impl Detector {
             fields: DetectionFields::new(&self.touch, compiled, step.moment),
             masks: guarded.then_some(&mut self.masks),
             starts: &self.starts,
-            answers: &step.answers,
+            owner: &step.owner,
             outcomes: step.outcomes,
-            given: step.given,
             work: step.work,
         };
         let dt = to_f64(step.dt);

@@ -1,7 +1,7 @@
 //! Contacts that the fields answer as impacts but that do not separate are handed over to Rapier.
 
-use super::claims::Claims;
 use super::hooks::PairOutcomes;
+use super::ownership::OwnershipRules;
 use super::rules::{Pairs, in_order};
 use super::{Detector, FieldContact};
 use crate::field::ContactLaw;
@@ -91,7 +91,7 @@ impl HandOver {
     pub(crate) fn update(
         &mut self,
         detector: &Detector,
-        claims: &Claims,
+        rules: &OwnershipRules,
         outcomes: &PairOutcomes,
     ) -> Given {
         let mut given = Given::default();
@@ -117,7 +117,7 @@ impl HandOver {
             if !(ours || was.is_some()) {
                 continue;
             }
-            let Some(law) = claims
+            let Some(law) = rules
                 .law(pair)
                 .filter(|law| !matches!(law, ContactLaw::Penalty { .. }))
             else {

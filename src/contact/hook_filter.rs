@@ -5,8 +5,8 @@
 //! So where nothing that may touch is fast, Rapier's own friction equals that of the law, and its restitution is zero,
 //! a hook would change nothing and is not requested: Rapier's part of the step is then the same as without fields.
 
-use super::claims::Claims;
 use super::laws::combined;
+use super::ownership::OwnershipRules;
 use super::starts::{Starts, pivot};
 use crate::field::ContactLaw;
 use crate::math::{ColliderHandle, Real, RigidBodyHandle};
@@ -69,13 +69,13 @@ impl HookFilter {
     /// Finds the quiet colliders from the bodies as they are when Rapier's step begins.
     pub(crate) fn find(
         &mut self,
-        claims: &Claims,
+        rules: &OwnershipRules,
         starts: &Starts,
         world: &impl Lookup,
         parameters: &IntegrationParameters,
     ) {
         self.quiet.clear();
-        self.find_slow(claims, starts, world, parameters);
+        self.find_slow(rules, starts, world, parameters);
         if self.slow.iter().all(|(_, left)| *left == Real::INFINITY) {
             return;
         }
@@ -88,16 +88,16 @@ impl HookFilter {
                 let Some(collider) = world.collider(*handle) else {
                     continue;
                 };
-                let kind = kind_of(&mut self.kinds, claims, *handle, collider);
+                let kind = kind_of(&mut self.kinds, rules, *handle, collider);
                 // A sleeping body may have contacts that were lifted off the solver, so it keeps its hook.
-                let heard = body.is_sleeping() && claims.listens(*handle, collider);
-                if is_slow && !heard {
+                let keeps_hook = body.is_sleeping() && rules.is_hooked(*handle, collider);
+                if is_slow && !keeps_hook {
                     self.candidates.push((*handle, kind));
                 }
             }
         }
         for (handle, collider) in world.free_colliders() {
-            let kind = kind_of(&mut self.kinds, claims, handle, collider);
+            let kind = kind_of(&mut self.kinds, rules, handle, collider);
             self.candidates.push((handle, kind));
         }
         if self.kinds.len() > MOST_KINDS {
@@ -113,33 +113,33 @@ impl HookFilter {
         }
     }
 
-    /// Collects the bodies of which no two approach fast, nor any of them and a collider that no field claims.
+    /// Collects the bodies of which no two approach fast, nor any of them and a collider that no field rules.
     fn find_slow(
         &mut self,
-        claims: &Claims,
+        rules: &OwnershipRules,
         starts: &Starts,
         world: &impl Lookup,
         parameters: &IntegrationParameters,
     ) {
         self.slow.clear();
-        if claims.is_empty() {
+        if rules.is_empty() {
             return;
         }
         let near = parameters.prediction_distance();
-        // A collider that no field claims has no hook, however fast it is.
-        let mut unclaimed: Real = 0.0;
+        // A collider without pairs of the fields has no hook, however fast it is.
+        let mut unhooked: Real = 0.0;
         for (handle, body) in world.bodies().filter(|(_, body)| body.is_enabled()) {
             let mut colliders = body.colliders().iter();
-            let any_unclaimed = colliders.any(|it| claims.bits(*it).is_empty());
-            let limit = SURELY * claims.resting_speed(starts, handle);
+            let any_unhooked = colliders.any(|it| rules.hook_bits(*it).is_empty());
+            let limit = SURELY * rules.resting_speed(starts, handle);
             let dynamic = body.is_dynamic() && body.soft_ccd_prediction() <= 0.0;
             // Most moving bodies are fast enough by their linear velocity alone.
-            if body.is_dynamic() && !any_unclaimed && 2.0 * body.linvel().length() >= limit {
+            if body.is_dynamic() && !any_unhooked && 2.0 * body.linvel().length() >= limit {
                 continue;
             }
             let speed = fastest(body, world, near, parameters.dt);
-            if any_unclaimed {
-                unclaimed = unclaimed.max(speed);
+            if any_unhooked {
+                unhooked = unhooked.max(speed);
             }
             if dynamic && 2.0 * speed < limit {
                 self.slow.push((handle, limit - speed));
@@ -147,7 +147,7 @@ impl HookFilter {
                 self.slow.push((handle, Real::INFINITY));
             }
         }
-        self.slow.retain(|(_, left)| unclaimed < *left);
+        self.slow.retain(|(_, left)| unhooked < *left);
     }
 
     /// Returns true if a collider needs no hook.
@@ -191,12 +191,12 @@ fn fastest(body: &RigidBody, world: &impl Lookup, near: Real, dt: Real) -> Real 
 /// The index of a collider's kind; a new kind is added while there is room.
 fn kind_of(
     kinds: &mut Vec<ContactKind>,
-    claims: &Claims,
+    rules: &OwnershipRules,
     handle: ColliderHandle,
     collider: &Collider,
 ) -> usize {
     let kind = ContactKind {
-        law: claims.laws.of(handle),
+        law: rules.laws.of(handle),
         material: *collider.material(),
     };
     let known = kinds.iter().position(|known| *known == kind);

@@ -3,7 +3,8 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 
-use super::claims::{Claims, Listening};
+use super::hooked::HookedColliders;
+use super::ownership::{Ownership, OwnershipRules, PairOwner};
 use super::rules::{Pairs, in_order};
 use super::starts::Starts;
 use crate::field::ContactLaw;
@@ -18,7 +19,7 @@ use crate::rigid::Lookup;
 /// The record of the calls of the hooks in one step, and of their decisions.
 #[derive(Debug, Default)]
 pub(crate) struct HookLog {
-    /// True once Rapier has called a hook for a claimed pair.
+    /// True once Rapier has called a hook for a pair of the fields.
     pub asked: AtomicBool,
     outcomes: Mutex<PairOutcomes>,
     /// True if hidden pairs are recorded.
@@ -53,27 +54,29 @@ impl HookLog {
 }
 
 impl PairOutcomes {
-    /// Adds the claimed pairs that Rapier's solver held without calling the hooks, because their colliders have no hook
+    /// Adds the pairs of the fields that Rapier's solver held without calling the hooks, because their colliders have no hook
     /// bits.
     pub(crate) fn add_unasked(
         &mut self,
-        claims: &Claims,
-        released: &Pairs,
+        ownership: &Ownership,
         narrow_phase: &NarrowPhase,
         world: &impl Lookup,
     ) {
         for found in narrow_phase.contact_pairs() {
             let pair = [found.collider1, found.collider2];
             let colliders = pair.map(|handle| Some((handle, world.collider(handle)?)));
-            let asked = |(handle, collider)| claims.listens(handle, collider);
+            let asked = |(handle, collider)| ownership.rules.is_hooked(handle, collider);
             if colliders.into_iter().any(|it| it.is_none_or(asked)) {
                 continue;
             }
-            let bodies = colliders.map(|it| world.body(it?.1.parent()?));
-            let awake = |body: &&RigidBody| body.is_dynamic() && !body.is_sleeping();
+            let bodies = colliders.map(|it| {
+                let handle = it?.1.parent()?;
+                Some((handle, world.body(handle)?))
+            });
+            let awake = |(_, body): &(_, &RigidBody)| body.is_dynamic() && !body.is_sleeping();
             if bodies.iter().flatten().any(awake)
                 && found.has_any_active_contact()
-                && claims.law_now(pair, bodies, released).is_some()
+                && ownership.for_solver(pair, bodies).law().is_some()
             {
                 self.held.insert(in_order(pair));
             }
@@ -81,7 +84,7 @@ impl PairOutcomes {
     }
 }
 
-/// The decisions on claimed pairs in one step of Rapier's.
+/// The decisions on pairs of the fields in one step of Rapier's.
 #[derive(Debug, Default)]
 pub(crate) struct PairOutcomes {
     /// The user's hooks removed the contact: neither side answers it.
@@ -91,7 +94,7 @@ pub(crate) struct PairOutcomes {
     pub lifted: Pairs,
     /// All contact points were left to Rapier's solver.
     pub held: Pairs,
-    /// The user's hooks hide the pair from Rapier, whether fields claim it or not; recorded only for the cross-check.
+    /// The user's hooks hide the pair from Rapier, whether fields own it or not; recorded only for the cross-check.
     pub hidden: Pairs,
 }
 
@@ -106,13 +109,9 @@ pub(crate) struct PairOutcomes {
 /// The user's hooks are called first, for the colliders whose own `active_hooks` request it. A contact that they remove
 /// is answered by neither side.
 pub struct StepHooks<'a> {
-    pub(crate) claims: &'a Claims,
-    pub(crate) listening: &'a Listening,
+    pub(crate) ownership: &'a Ownership,
+    pub(crate) hooked: &'a HookedColliders,
     pub(crate) starts: &'a Starts,
-    /// Pairs on which no detection field acts at their present poses.
-    pub(crate) released: &'a Pairs,
-    /// Pairs that the fields have handed over to Rapier until they separate.
-    pub(crate) given: &'a Pairs,
     pub(crate) log: &'a HookLog,
     pub(crate) user: &'a dyn PhysicsHooks,
 }
@@ -125,12 +124,12 @@ impl StepHooks<'_> {
         bits: ActiveHooks,
         colliders: &ColliderSet,
     ) -> bool {
-        if self.listening.is_empty() {
+        if self.hooked.is_empty() {
             return true;
         }
         let has = |collider| colliders.get(collider).map(|it| it.active_hooks());
         pair.into_iter().any(|collider| {
-            let own = self.listening.own(collider).or_else(|| has(collider));
+            let own = self.hooked.own(collider).or_else(|| has(collider));
             own.is_some_and(|own| own.contains(bits))
         })
     }
@@ -138,18 +137,21 @@ impl StepHooks<'_> {
     /// Lifts the points of a manifold that approach or separate at the resting threshold or faster off Rapier's solver,
     /// and leaves the others to it. A lifted point carries no load, so each point is decided by itself: a rocking box
     /// rests on one corner while another falls. Also sets the friction and restitution of the manifold.
-    fn lift_impacts(&self, law: ContactLaw, context: &mut ContactModificationContext<'_>) {
+    fn lift_impacts(&self, owner: PairOwner, context: &mut ContactModificationContext<'_>) {
+        let Some(law) = owner.law() else {
+            return;
+        };
         let pair = [context.collider1, context.collider2];
         let handles = [context.rigid_body1, context.rigid_body2];
         let (bodies, dt) = (context.bodies, self.starts.dt());
-        let solves = self.claims.leaves_to_solver(Some(law), handles);
+        let solves = matches!(owner, PairOwner::Solver(_));
         let has_coefficients = matches!(law, ContactLaw::Impulse { .. });
         if solves && !has_coefficients {
             return self.log.note(pair, |outcomes| &mut outcomes.held);
         }
         let deepest = if solves {
             Real::NEG_INFINITY
-        } else if self.claims.swept {
+        } else if self.ownership.rules.swept {
             Real::INFINITY
         } else {
             bearable_depth(law, pair, context.colliders)
@@ -160,10 +162,9 @@ impl StepHooks<'_> {
         if manifold.solver_contacts.is_empty() {
             return;
         }
-        let resting_speed = if self.given.contains(&in_order(pair)) {
-            Real::INFINITY
-        } else {
-            self.starts.resting_speed(law, handles)
+        let resting_speed = match owner {
+            PairOwner::HandedOver(_) => Real::INFINITY,
+            _ => self.starts.resting_speed(law, handles),
         };
         let velocity = |which: usize, point| {
             let body = handles[which].and_then(|handle| bodies.get(handle));
@@ -253,9 +254,8 @@ impl PhysicsHooks for StepHooks<'_> {
     fn filter_contact_pair(&self, context: &PairFilterContext<'_>) -> Option<SolverFlags> {
         let pair = [context.collider1, context.collider2];
         let handles = [context.rigid_body1, context.rigid_body2];
-        let bodies = handles.map(|handle| context.bodies.get(handle?));
-        let law = self.claims.law_now(pair, bodies, self.released);
-        let claimed = law.is_some();
+        let bodies = handles.map(|handle| Some((handle?, context.bodies.get(handle?)?)));
+        let owner = self.ownership.for_solver(pair, bodies);
         let bits = ActiveHooks::FILTER_CONTACT_PAIRS;
         let flags = if self.is_users(pair, bits, context.colliders) {
             self.user.filter_contact_pair(context)
@@ -265,7 +265,7 @@ impl PhysicsHooks for StepHooks<'_> {
         if flags.is_none() && self.log.notes_hidden {
             self.log.note(pair, |outcomes| &mut outcomes.hidden);
         }
-        if claimed {
+        if owner.law().is_some() {
             self.log.asked.store(true, Ordering::Relaxed);
             if flags.is_none_or(|flags| flags.is_empty()) {
                 self.log.note(pair, |outcomes| &mut outcomes.vetoed);
@@ -276,9 +276,7 @@ impl PhysicsHooks for StepHooks<'_> {
             let body = body.and_then(|body| context.bodies.get(body));
             body.is_some_and(|body| body.is_dynamic() && body.next_position() != body.position())
         };
-        let given = self.given.contains(&in_order(pair));
-        let solves = self.claims.leaves_to_solver(law, handles);
-        let followed = claimed && self.claims.swept && !given && !solves;
+        let followed = self.ownership.rules.swept && matches!(owner, PairOwner::Fields(_));
         let stops = followed && (moved(context.rigid_body1) || moved(context.rigid_body2));
         flags.filter(|_| !stops)
     }
@@ -297,32 +295,33 @@ impl PhysicsHooks for StepHooks<'_> {
         if self.is_users(pair, bits, context.colliders) {
             self.user.modify_solver_contacts(context);
         }
-        if self.claims.law(pair).is_some() {
+        if self.ownership.rules.law(pair).is_some() {
             self.log.asked.store(true, Ordering::Relaxed);
         }
         let handles = [context.rigid_body1, context.rigid_body2];
-        let bodies = handles.map(|handle| context.bodies.get(handle?));
-        let Some(law) = self.claims.law_now(pair, bodies, self.released) else {
+        let bodies = handles.map(|handle| Some((handle?, context.bodies.get(handle?)?)));
+        let owner = self.ownership.for_solver(pair, bodies);
+        if owner.law().is_none() {
             return;
-        };
+        }
         if found > 0 && count(context) == 0 {
             self.log.note(pair, |outcomes| &mut outcomes.vetoed);
         }
-        self.lift_impacts(law, context);
+        self.lift_impacts(owner, context);
     }
 }
 
 /// A touching pair for which Rapier is to call the hooks in this step, if there is one.
 pub(crate) fn to_ask(
-    claims: &Claims,
+    rules: &OwnershipRules,
     narrow_phase: &NarrowPhase,
     world: &impl Lookup,
 ) -> Option<[ColliderHandle; 2]> {
-    if claims.is_empty() {
+    if rules.is_empty() {
         return None;
     }
     let mut pairs = narrow_phase.contact_pairs();
-    let found = pairs.find(|pair| is_asked_about(claims, pair, world))?;
+    let found = pairs.find(|pair| is_asked_about(rules, pair, world))?;
     Some([found.collider1, found.collider2])
 }
 
@@ -330,17 +329,17 @@ pub(crate) fn to_ask(
 /// still touches, still has hook bits, and has an awake body. A pair that was removed, moved away, disabled, made a
 /// sensor, joined or filtered in the meantime does not count.
 pub(crate) fn was_to_ask(
-    claims: &Claims,
+    rules: &OwnershipRules,
     [one, two]: [ColliderHandle; 2],
     narrow_phase: &NarrowPhase,
     world: &impl Lookup,
 ) -> bool {
     let pair = narrow_phase.contact_pair(one, two);
-    pair.is_some_and(|pair| is_asked_about(claims, pair, world))
+    pair.is_some_and(|pair| is_asked_about(rules, pair, world))
 }
 
-/// Returns true if a pair touches, fields claim it, one of its colliders has hook bits, and one of its bodies is awake.
-fn is_asked_about(claims: &Claims, pair: &ContactPair, world: &impl Lookup) -> bool {
+/// Returns true if a pair touches, fields own it, one of its colliders has hook bits, and one of its bodies is awake.
+fn is_asked_about(rules: &OwnershipRules, pair: &ContactPair, world: &impl Lookup) -> bool {
     let handles = [pair.collider1, pair.collider2];
     let colliders = handles.map(|handle| Some((handle, world.collider(handle)?)));
     let colliders = || colliders.iter().flatten();
@@ -349,7 +348,7 @@ fn is_asked_about(claims: &Claims, pair: &ContactPair, world: &impl Lookup) -> b
         body.is_some_and(|body| body.is_dynamic() && !body.is_sleeping())
     };
     pair.has_any_active_contact()
-        && colliders().any(|(handle, collider)| claims.listens(*handle, collider))
+        && colliders().any(|(handle, collider)| rules.is_hooked(*handle, collider))
         && colliders().any(awake)
-        && claims.law(handles).is_some()
+        && rules.law(handles).is_some()
 }

@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use super::FieldContact;
 use super::contact_body::ContactBody;
 use super::field_mask::At;
+use super::ownership::PairOwner;
 use super::paper_push::PaperPushes;
 use super::solve::{ContactConstraint, ContactPoint, resolve};
 use super::sweep::{Event, Sweep, SweepScene};
@@ -223,11 +224,16 @@ impl Sweep {
         };
         // A spring pushes from the end of the step on, when there is an overlap.
         let later = matches!(contact.law, ContactLaw::Penalty { .. });
-        let given = !self.is_hit(event.tracks) && scene.given.contains(&contact.colliders);
-        let law = if later || given || !(scene.answers)(contact) {
-            ContactLaw::Observe
-        } else {
+        let answered = match (scene.owner)(contact) {
+            PairOwner::Fields(_) | PairOwner::Both => true,
+            // Rapier has made its step before the impact that put one of the bodies on another path.
+            PairOwner::HandedOver(_) => self.is_hit(event.tracks),
+            PairOwner::Rapier | PairOwner::Solver(_) => false,
+        };
+        let law = if answered && !later {
             contact.law
+        } else {
+            ContactLaw::Observe
         };
         let resting_speed = to_f64(scene.starts.resting_speed(contact.law, contact.bodies));
         ContactConstraint::new(law, resting_speed, places, ContactPoint { normal, ..*spot })

@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 use std::hash::BuildHasherDefault;
 
-use super::{FieldContact, Responder};
+use super::Responder;
 use crate::field::Fingerprint;
 use crate::math::ColliderHandle;
 
@@ -32,11 +32,6 @@ impl ResponderRules {
         rule.map_or(self.everywhere, |(_, responder)| *responder)
     }
 
-    /// Returns true if fields answer a contact and the user's hooks have not removed it.
-    pub(crate) fn answers(&self, contact: &FieldContact, vetoed: &Pairs) -> bool {
-        self.of(contact.colliders) != Responder::Rapier && !vetoed.contains(&contact.colliders)
-    }
-
     /// Returns true if fields answer any contact.
     pub(crate) fn answer_any(&self) -> bool {
         let mut all = self.among.iter().map(|(_, responder)| responder);
@@ -44,7 +39,7 @@ impl ResponderRules {
     }
 
     /// Returns true if any contact is answered by the fields instead of Rapier.
-    pub(crate) fn claim_any(&self) -> bool {
+    pub(crate) fn fields_own_any(&self) -> bool {
         let mut all = self.among.iter().map(|(_, responder)| responder);
         self.everywhere == Responder::Fields || all.any(|r| *r == Responder::Fields)
     }

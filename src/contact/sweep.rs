@@ -13,6 +13,7 @@ use super::field_mask::{DetectionFields, FieldMasks};
 use super::hooks::PairOutcomes;
 use super::moving_shape::MovingShape;
 use super::near_pairs::{NearPairs, Place};
+use super::ownership::PairOwner;
 use super::rules::{Pairs, in_order};
 use super::separation::Separations;
 use super::shape_gap::may_touch;
@@ -105,13 +106,10 @@ pub(super) struct SweepScene<'a> {
     pub fields: DetectionFields<'a>,
     pub masks: Option<&'a mut FieldMasks>,
     pub starts: &'a Starts,
-    /// Returns true if the fields answer a contact.
-    pub answers: &'a dyn Fn(&FieldContact) -> bool,
-    /// The decisions of the hooks on claimed pairs during Rapier's step.
+    /// The owner of a contact's pair.
+    pub owner: &'a dyn Fn(&FieldContact) -> PairOwner,
+    /// The decisions of the hooks on pairs of the fields during Rapier's step.
     pub outcomes: &'a PairOutcomes,
-    /// The pairs that Rapier answers until they separate; it has made its step before an impact puts a body of theirs on
-    /// another path.
-    pub given: &'a Pairs,
     /// See [`FieldSettings::swept_work`](crate::pipeline::FieldSettings::swept_work).
     pub work: u32,
 }

@@ -11,7 +11,7 @@ use super::{Definition, FieldPipeline, FieldState, OpenStep, StepStage};
 use crate::bridge::{
     self, Balance, Constraints, StepError, WakePolicy, WakeRule, Wanted, WorldMut, WorldRef,
 };
-use crate::contact::{HookLog, to_ask};
+use crate::contact::{HookLog, Ownership, to_ask};
 use crate::diagnose::{AuditReading, SampledFields, blame, without_non_finite};
 use crate::field::{Anchor, Frames};
 use crate::integrate::{Fault, FaultPolicy, Scheme, StepWarning, warn_of_caps};
@@ -30,7 +30,7 @@ impl FieldPipeline {
         span!("begin");
         if let Some(open) = state.open.take() {
             take_back(&open, &mut world);
-            Arc::make_mut(&mut state.listening).stay();
+            Arc::make_mut(&mut state.hooked).stay();
             state.evaluation = None;
             state.reactions.clear();
             return Err(StepError::Unfinished);
@@ -101,12 +101,12 @@ impl FieldPipeline {
         }
         if detects {
             let (links, others) = (&self.scene.links, Constraints::new(&world).jointed());
-            let claims = Arc::make_mut(&mut self.claims);
-            claims.set_jointed(links.iter().copied(), others, &world.view());
+            let rules = Arc::make_mut(&mut self.ownership_rules);
+            rules.set_jointed(links.iter().copied(), others, &world.view());
         }
         self.listen(fields, state, &mut world);
         let released = self.release(state, &world);
-        let to_ask = to_ask(&self.claims, world.narrow_phase, &world.view());
+        let to_ask = to_ask(&self.ownership_rules, world.narrow_phase, &world.view());
         if !alone {
             let anew = self.other_bodies;
             self.stepped.choose(world.bodies, world.islands, dt, anew);
@@ -136,11 +136,13 @@ impl FieldPipeline {
             audit_reading,
             soft,
             sleepers,
-            claims: self.claims.clone(),
-            listening: state.listening.clone(),
+            ownership: Ownership {
+                rules: self.ownership_rules.clone(),
+                released,
+                handed_over: state.hand_over.given(),
+            },
+            hooked: state.hooked.clone(),
             starts: self.detector.starts.clone(),
-            released,
-            given: state.hand_over.given(),
             to_ask,
             unasked: self.hook_filter.any(),
             hook_log: HookLog::new(self.cross_checks(fields)),

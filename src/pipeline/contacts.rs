@@ -7,8 +7,8 @@ use super::timings::span;
 use super::{Definition, FieldPipeline, FieldState, OpenStep};
 use crate::bridge::{self, WorldMut, WorldRef};
 use crate::contact::{
-    Arrival, FieldContact, Given, HandOver, HeldPairs, Joints, KickShare, PairOutcomes, Pairs,
-    ResponderRules, SweptStep, is_dominated, report,
+    Arrival, FieldContact, Given, HandOver, HeldPairs, Joints, KickShare, PairOutcomes, PairOwner,
+    Pairs, SweptStep, report,
 };
 use crate::integrate::{
     Caps, Completion, Evaluation, FASTEST, StepWarning, TurnAfter, warn_of_springs,
@@ -59,20 +59,20 @@ impl FieldPipeline {
         Arc::make_mut(&mut self.detector.starts).after(&world.view(), share, momenta);
     }
 
-    /// The claimed pairs that are left to Rapier, because no detection field acts at their present poses.
+    /// The pairs of the fields that are left to Rapier, because no detection field acts at their present poses.
     pub(super) fn release(&mut self, state: &FieldState, world: &WorldMut<'_>) -> Pairs {
-        let (view, claims, properties) = (world.view(), &self.claims, &self.properties);
+        let (view, rules, properties) = (world.view(), &self.ownership_rules, &self.properties);
         let pairs = world.narrow_phase.contact_pairs();
         let pairs = pairs.map(|pair| [pair.collider1, pair.collider2]);
-        let claimed = pairs.filter(|pair| claims.law(*pair).is_some());
+        let owned = pairs.filter(|pair| rules.law(*pair).is_some());
         let moment = moment(state.time, world.integration_parameters.dt);
         let compiled = &self.scene.compiled;
         let sites = Self::sites(&mut self.gatherer, properties, compiled, &view);
         self.detector
-            .released(compiled, &view, claimed, moment, sites)
+            .released(compiled, &view, owned, moment, sites)
     }
 
-    /// Gives the colliders whose contacts are claimed or checked the hook bits that they need, and restores the bits of
+    /// Gives the colliders whose contacts fields own or are checked the hook bits that they need, and restores the bits of
     /// those that no longer need them.
     pub(super) fn listen(
         &mut self,
@@ -84,21 +84,25 @@ impl FieldPipeline {
         let check = &fields.settings.cross_check;
         let fresh = check.on && !check.lets_recycle;
         let (view, starts) = (world.view(), &self.detector.starts);
-        self.hook_filter
-            .find(&self.claims, starts, &view, world.integration_parameters);
+        self.hook_filter.find(
+            &self.ownership_rules,
+            starts,
+            &view,
+            world.integration_parameters,
+        );
         let wanted = |collider| {
             let mut bits = ActiveHooks::empty();
             if !self.hook_filter.is_quiet(collider) {
-                bits |= self.claims.bits(collider);
+                bits |= self.ownership_rules.hook_bits(collider);
             }
             if fresh && self.watched.contains(collider) {
                 bits |= ActiveHooks::FILTER_CONTACT_PAIRS;
             }
             bits
         };
-        let listening = &mut state.listening;
-        if listening.any_free(wanted) {
-            for (collider, own) in Arc::make_mut(listening).release(wanted) {
+        let hooked = &mut state.hooked;
+        if hooked.any_free(wanted) {
+            for (collider, own) in Arc::make_mut(hooked).release(wanted) {
                 bridge::set_hooks(world, collider, own);
             }
         }
@@ -111,7 +115,7 @@ impl FieldPipeline {
         let silent: Vec<_> = silent.collect();
         for (collider, own, bits) in silent {
             bridge::set_hooks(world, collider, own | bits);
-            Arc::make_mut(listening).add(collider, own);
+            Arc::make_mut(hooked).add(collider, own);
         }
     }
 
@@ -125,15 +129,13 @@ impl FieldPipeline {
         world: &WorldMut<'_>,
     ) {
         span!("sweep");
-        let rules = &fields.settings.rules;
         self.pushes.clear();
         let (view, joints, compiled) = (world.view(), joints(world), &self.scene.compiled);
         let step = SweptStep {
             moment: moment(began, open.dt),
             dt: open.dt,
-            answers: answers(rules, outcomes, joints, open, &view),
+            owner: owner(outcomes, joints, open, &view),
             outcomes,
-            given: &open.given,
             work: fields.settings.swept_work,
         };
         let sites = Self::sites(&mut self.gatherer, &self.properties, compiled, &view);
@@ -183,7 +185,6 @@ impl FieldPipeline {
             state.hand_over = HandOver::default();
             return 0;
         }
-        let rules = &fields.settings.rules;
         self.pushes.clear();
         let view = world.view();
         let moment = moment(state.time, dt);
@@ -195,17 +196,18 @@ impl FieldPipeline {
         let sites = Self::sites(&mut self.gatherer, &self.properties, compiled, &view);
         let detector = &mut self.detector;
         detector.run(compiled, &view, moment, held, sites);
-        if rules.answer_any() {
-            let answers = answers(rules, outcomes, joints(world), open, &view);
-            let is_ours = |contact: &FieldContact| !open.given.contains(&contact.colliders);
-            let answers = |contact: &FieldContact| is_ours(contact) && answers(contact);
+        if fields.settings.rules.answer_any() {
+            let owner = owner(outcomes, joints(world), open, &view);
+            let answers = |contact: &FieldContact| {
+                matches!(owner(contact), PairOwner::Fields(_) | PairOwner::Both)
+            };
             let stiffest = detector.respond(&view, compiled, moment, dt, answers, &mut self.pushes);
             self.warnings
                 .extend(stiffest.and_then(|(body, omega2)| warn_of_springs(body, omega2, dt)));
         }
         let written = self.push(world);
         let hand_over = &mut state.hand_over;
-        let given = hand_over.update(&self.detector, &open.claims, outcomes);
+        let given = hand_over.update(&self.detector, &open.ownership.rules, outcomes);
         self.warnings.extend(warnings_of(given));
         self.detector.add_touches();
         if let Some(channel) = &self.events {
@@ -216,22 +218,20 @@ impl FieldPipeline {
     }
 }
 
-/// A test for the contacts that fields answer, unless they have given them to Rapier. Some belong to Rapier's solver
-/// under any rules.
-fn answers<'a>(
-    rules: &'a ResponderRules,
+/// The owner of a contact's pair. Of pairs that the user's hooks or a joint let pass through each other, it is Rapier.
+fn owner<'a>(
     outcomes: &'a PairOutcomes,
     joints: Joints<'a>,
     open: &'a OpenStep,
     view: &'a WorldRef<'a>,
-) -> impl Fn(&FieldContact) -> bool + 'a {
+) -> impl Fn(&FieldContact) -> PairOwner + 'a {
     move |contact| {
-        let bodies = contact.bodies.map(|body| view.body(body?));
-        let law = open.claims.law(contact.colliders);
-        rules.answers(contact, &outcomes.vetoed)
-            && !open.claims.leaves_to_solver(law, contact.bodies)
-            && !joints.keep_apart(contact.bodies)
-            && !is_dominated(bodies)
+        let (pair, handles) = (contact.colliders, contact.bodies);
+        if outcomes.vetoed.contains(&pair) || joints.keep_apart(handles) {
+            return PairOwner::Rapier;
+        }
+        let bodies = handles.map(|handle| Some((handle?, view.body(handle?)?)));
+        open.ownership.of(pair, bodies)
     }
 }
 

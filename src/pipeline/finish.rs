@@ -117,7 +117,12 @@ impl FieldPipeline {
             self.stopwatch.lap(StepStage::CrossCheck);
         }
         if let Some(pair) = open.to_ask.filter(|_| !*open.hook_log.asked.get_mut())
-            && was_to_ask(&open.claims, pair, world.narrow_phase, &world.view())
+            && was_to_ask(
+                &open.ownership.rules,
+                pair,
+                world.narrow_phase,
+                &world.view(),
+            )
         {
             self.warnings.push(StepWarning::HooksNotGiven);
         }
@@ -131,8 +136,7 @@ impl FieldPipeline {
             self.stopwatch.lap(StepStage::SoftBodies);
         }
         if open.unasked {
-            let (claims, released) = (&*open.claims, &open.released);
-            outcomes.add_unasked(claims, released, world.narrow_phase, &world.view());
+            outcomes.add_unasked(&open.ownership, world.narrow_phase, &world.view());
         }
         self.sweep(fields, open, &outcomes, began, world);
         let detects = !self.scene.compiled.detectors.is_empty();

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::bridge::{Rollback, SoftFlight, Stepped};
-use crate::contact::{Claims, HookLog, Listening, Pairs, Starts, StepHooks};
+use crate::contact::{HookLog, HookedColliders, Ownership, Starts, StepHooks};
 use crate::cross_check::Expected;
 use crate::diagnose::AuditReading;
 use crate::integrate::{FaultPolicy, Motions};
@@ -45,16 +45,12 @@ pub struct OpenStep {
     pub(super) soft: Option<SoftFlight>,
     /// True if sleeping bodies are evaluated.
     pub(super) sleepers: bool,
-    pub(super) claims: Arc<Claims>,
-    pub(super) listening: Arc<Listening>,
+    pub(super) ownership: Ownership,
+    pub(super) hooked: Arc<HookedColliders>,
     pub(super) starts: Arc<Starts>,
-    /// Pairs on which no detection field acts at their present poses.
-    pub(super) released: Pairs,
-    /// Pairs that the fields have handed over to Rapier until they separate.
-    pub(super) given: Pairs,
-    /// A claimed pair for which Rapier has to call the hooks.
+    /// A pair of the fields for which Rapier has to call the hooks.
     pub(super) to_ask: Option<[ColliderHandle; 2]>,
-    /// True if there may be claimed contacts for which Rapier need not call the hooks.
+    /// True if fields may own contacts for which Rapier need not call the hooks.
     pub(super) unasked: bool,
     pub(super) hook_log: HookLog,
 }
@@ -64,11 +60,9 @@ impl OpenStep {
     /// solver.
     pub fn hooks<'a>(&'a self, user: &'a dyn PhysicsHooks) -> StepHooks<'a> {
         StepHooks {
-            claims: &self.claims,
-            listening: &self.listening,
+            ownership: &self.ownership,
+            hooked: &self.hooked,
             starts: &self.starts,
-            released: &self.released,
-            given: &self.given,
             log: &self.hook_log,
             user,
         }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::bridge::{Drowsing, ForceOverride, LentForces, Resting, StepError};
-use crate::contact::{HandOver, Listening};
+use crate::contact::{HandOver, HookedColliders};
 use crate::cross_check::CrossCheckReport;
 use crate::diagnose::{EnergyAudit, Occupant};
 use crate::field::{Anchor, Axis, Frame, PropertyError};
@@ -42,8 +42,8 @@ pub struct FieldState {
     /// Anchors that were reported missing.
     pub(crate) removed: Vec<Anchor>,
     /// Colliders that were given hook bits, with the bits that the user has set.
-    pub(crate) listening: Arc<Listening>,
-    /// Contacts that are Rapier's, although fields claim them.
+    pub(crate) hooked: Arc<HookedColliders>,
+    /// Pairs that the fields have handed over, or may soon.
     pub(crate) hand_over: HandOver,
     /// Contacts at the end of the last step.
     pub(crate) touching: Vec<[ColliderHandle; 2]>,

@@ -2,6 +2,7 @@
 
 mod jointed;
 mod matrix;
+mod owners;
 mod quiet;
 mod rebounds;
 mod sleepers;
