@@ -91,7 +91,7 @@ pub(super) struct FoundContacts {
 
 impl FoundContacts {
     /// Returns true if at any contact point two parts approach fast enough that it may be an impact. The limit is half
-    /// the [resting threshold](Starts::slow), which leaves room for rounding and for accelerations within the step.
+    /// the [resting threshold](Starts::resting_speed), which leaves room for rounding and for accelerations within the step.
     pub(super) fn is_hit(&self, world: &impl Lookup, starts: &Starts) -> bool {
         self.contacts.iter().any(|(contact, points)| {
             let law = contact.law;

@@ -188,6 +188,27 @@ fn going_back_eight_frames_in_every_frame_gives_the_same_bits() {
     }
 }
 
+/// Loads on bodies that are held in a wind depend on those of the last two steps.
+#[test]
+fn bodies_that_are_slowed_and_held_go_on_from_bytes() {
+    for scheme in [Scheme::KickDriftKick, Scheme::Kick] {
+        let (mut world, mut fields) = crate::routes::rolling(scheme);
+        let mut resumed: Vec<(PhysicsWorld, Fields)> = Vec::new();
+        for step in 0..120 {
+            if step % 20 == 10 {
+                let back = read(&save(&world, &fields));
+                let again = Fields::from_parts(back.set, back.settings, back.state);
+                resumed.push((back.world, again.expect("what a step left behind")));
+            }
+            fields.step(&mut world).expect("a step");
+            for (number, (other, again)) in resumed.iter_mut().enumerate() {
+                again.step(other).expect("a step");
+                assert!(bits(&world) == bits(other), "{scheme:?}, {step}, {number}");
+            }
+        }
+    }
+}
+
 /// The same for ten seconds.
 #[test]
 #[ignore = "takes minutes"]

@@ -320,6 +320,40 @@ fn routes_agree_on_sleepers_that_a_moving_field_wakes() {
     }
 }
 
+/// Balls that roll on a floor with a wall, and boxes that spin above it, in a wind that acts at centres of mass: each
+/// body is visited, and none is sampled.
+pub fn rolling(scheme: Scheme) -> Run {
+    let mut world = PhysicsWorld::new();
+    let floor = ColliderBuilder::cuboid(20.0, 0.5, 20.0).translation(Vector::Y * -0.5);
+    world.colliders.insert(floor);
+    let wall = ColliderBuilder::cuboid(0.5, 2.0, 20.0).translation(Vector::X * 7.0);
+    world.colliders.insert(wall);
+    for k in 0..12 {
+        let place = Vector::new(
+            k as Real - 6.0,
+            0.3 + (k % 3) as Real,
+            0.8 * (k % 4) as Real,
+        );
+        let body = RigidBodyBuilder::dynamic().translation(place);
+        let body = body.angvel(Vector::new(1.0, 0.0, 2.0));
+        let collider = match k % 3 {
+            2 => ColliderBuilder::cuboid(0.2, 0.3, 0.4),
+            _ => ColliderBuilder::ball(0.3),
+        };
+        world.insert(body, collider);
+    }
+    let wind = Field::wind(Vector::X * 4.0, 0.2, 0.05).sampled(Sampling::Centre);
+    let fields = Fields::builder(wind).scheme(scheme).build();
+    (world, fields.expect("a valid tree"))
+}
+
+#[test]
+fn routes_agree_on_bodies_that_are_slowed_and_held() {
+    for scheme in [Scheme::KickDriftKick, Scheme::Kick] {
+        agree(&format!("{scheme:?}"), || rolling(scheme), 150);
+    }
+}
+
 /// A pipeline that steps two worlds in turn gives each the bits of a pipeline of its own: caches of one world are not
 /// used for the other, although both have the same handles and numbers of steps.
 #[test]
