@@ -54,8 +54,8 @@ impl HookLog {
 }
 
 impl PairOutcomes {
-    /// Adds the pairs of the fields that Rapier's solver held without calling the hooks, because their colliders have no hook
-    /// bits.
+    /// Adds the pairs of the fields that Rapier's solver held without calling the hooks, because their colliders have
+    /// no hook bits.
     pub(crate) fn add_unasked(
         &mut self,
         ownership: &Ownership,

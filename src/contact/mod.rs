@@ -2,8 +2,8 @@
 //! Framework for Collision Detection, Avoidance, and Response*).
 //!
 //! `detector.rs` is the entry: `discrete.rs` finds overlaps at the end of a step, `sweep.rs` touches within it.
-//! `solve.rs` answers contacts by their laws. `hooks.rs` keeps Rapier's solver from answering the same contacts, and
-//! `hand_over.rs` returns those that do not separate to it.
+//! `ownership.rs` decides which side answers a pair: `solve.rs` answers contacts by their laws, `hooks.rs` keeps Rapier's
+//! solver from answering the same contacts, and `hand_over.rs` returns those that do not separate to it.
 
 mod approach;
 mod capability;

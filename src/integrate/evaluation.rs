@@ -12,8 +12,8 @@ use super::{Integrator, StepContext};
 use crate::math::{Real, RigidBodyHandle, Vector};
 use crate::rigid::{Body, Lookup, PartsMark, Wrench, find, find_next_place, is_in_order};
 
-/// The wrenches on some bodies, with derivatives and the methods for stiff bodies. Unless something changes, the next step begins with
-/// the evaluation at the end of this one.
+/// The wrenches on some bodies, with derivatives and the methods for stiff bodies. Unless something changes, the next
+/// step begins with the evaluation at the end of this one.
 #[derive(Clone, Debug, Default)]
 #[cfg_attr(feature = "serde-serialize", derive(Serialize, Deserialize))]
 pub(crate) struct Evaluation {

@@ -62,7 +62,7 @@ pub(crate) struct Before {
     /// The part of its motion that was left, if it was not a plain second half.
     pub completion: Option<Completion>,
     pub load: Option<Wrench>,
-    /// The velocity that Rapier was given; set for held bodies only.
+    /// The velocity that Rapier was given; read for held bodies only.
     pub given: Option<Vector>,
     /// The correction of the wrench for an impact within the step.
     pub correction: Option<Wrench>,

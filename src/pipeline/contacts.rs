@@ -72,8 +72,8 @@ impl FieldPipeline {
             .released(compiled, &view, owned, moment, sites)
     }
 
-    /// Gives the colliders whose contacts fields own or are checked the hook bits that they need, and restores the bits of
-    /// those that no longer need them.
+    /// Gives the colliders whose contacts fields own, or that are checked, the hook bits that they need, and restores
+    /// the bits of those that no longer need them.
     pub(super) fn listen(
         &mut self,
         fields: &Definition<'_>,

@@ -20,6 +20,7 @@ pub(super) struct HalfStep<'a> {
     pub dt: Real,
     /// The previous evaluation.
     pub last: Option<&'a Evaluation>,
+    /// The loads of the last step, where forces read velocities.
     pub reactions: &'a Reactions,
     /// True if bodies may have been added or removed.
     pub all: bool,
@@ -35,7 +36,7 @@ pub(super) struct FirstHalf<'a> {
     pub alone: bool,
 }
 
-/// The position of a walk in the lists of the first half.
+/// The position of a walk in the lists of the first half, and of the last step.
 #[derive(Default)]
 struct Places {
     known: usize,
@@ -53,6 +54,7 @@ pub(super) struct Pass<'a> {
     pub blocker: Option<RigidBodyHandle>,
     pub compiled: &'a Compiled,
     pub half: &'a HalfStep<'a>,
+    /// The rules of motion in this step.
     pub motion: MotionRules<'a>,
     pub spins: &'a mut Spins,
     pub evaluator: &'a mut CentreEvaluator,
