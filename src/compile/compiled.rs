@@ -9,7 +9,7 @@ use super::entries::{ConstantField, DetectionField, RadialBatch, RadialKey};
 use super::extent::Extent;
 use super::ordered::{Key, Ordered};
 use super::program::Program;
-use super::program_index::ProgramIndex;
+use super::program_log::ProgramLog;
 use super::requirements::SamplingRequirements;
 use super::term_flags::{FlagCounts, TermFlags};
 use crate::field::{Anchor, FieldSet, Fingerprint, Sampling};
@@ -27,7 +27,7 @@ pub(crate) struct Compiled {
     pub constants: Vec<ConstantField>,
     pub radials: Ordered<RadialBatch>,
     pub programs: Ordered<Program>,
-    pub program_index: ProgramIndex,
+    pub program_log: ProgramLog,
     pub detectors: Vec<DetectionField>,
     /// The revision of the set at the latest change of detection fields.
     pub detectors_revision: u64,

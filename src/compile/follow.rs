@@ -191,7 +191,7 @@ impl Compiled {
         let dedup_key = program.dedup_key;
         let number = self.programs.add(program);
         self.alike.entry(dedup_key).or_default().push(number);
-        self.program_index
+        self.program_log
             .note(number, serial, self.programs.get(number));
         number
     }
@@ -217,7 +217,7 @@ impl Compiled {
                 }
             }
         }
-        self.program_index
+        self.program_log
             .note(number, serial, self.programs.get(number));
     }
 

@@ -100,7 +100,7 @@ impl Compiled {
             let ids = batch.sources.iter().map(|source| source.anchor);
             ids.map(move |id| (id, range))
         });
-        let programs = self.program_index.moving().iter();
+        let programs = self.program_log.moving().iter();
         let programs = programs.filter_map(|number| self.programs.get(*number));
         let instances = programs.flat_map(|program| {
             // Without a bound, fields beside the centre may be those that move.

@@ -76,20 +76,20 @@ impl ContactConstraint {
         }
     }
 
-    pub(super) fn velocities(&self, contact_bodies: &[ContactBody]) -> [DVec3; 2] {
-        let velocity = |place: usize| contact_bodies[place].velocity_at(self.point);
+    pub(super) fn velocities(&self, bodies: &[ContactBody]) -> [DVec3; 2] {
+        let velocity = |place: usize| bodies[place].velocity_at(self.point);
         self.places.map(|place| place.map_or(DVec3::ZERO, velocity))
     }
 
     /// The speed at which the two parts approach along the normal; negative if they separate.
-    pub(super) fn approach(&self, contact_bodies: &[ContactBody]) -> f64 {
-        let [first, second] = self.velocities(contact_bodies);
+    pub(super) fn approach(&self, bodies: &[ContactBody]) -> f64 {
+        let [first, second] = self.velocities(bodies);
         (first - second).dot(self.normal)
     }
 
     /// Turns an impact into a lasting contact. If `falls`, because the contact was lifted off Rapier's solver, the
     /// approach and the acceleration into the contact are removed. Otherwise Rapier holds it, and it is not answered.
-    pub(super) fn lay_down(&mut self, falls: bool, contact_bodies: &mut [ContactBody]) {
+    pub(super) fn lay_down(&mut self, falls: bool, bodies: &mut [ContactBody]) {
         if !falls {
             self.law = ContactLaw::Observe;
             return;
@@ -100,32 +100,32 @@ impl ContactConstraint {
         };
         self.law = ContactLaw::restitution(0.0).with_friction(friction);
         self.resting_speed = 0.0;
-        let yields = |place: usize| contact_bodies[place].resistance.inverse_mass.max_element();
+        let yields = |place: usize| bodies[place].resistance.inverse_mass.max_element();
         let shares = self.places.map(|it| it.map_or(0.0, yields));
-        let pressing = self.pressing(contact_bodies);
+        let pressing = self.pressing(bodies);
         let whole = shares[0] + shares[1];
         if pressing <= 0.0 || whole <= 0.0 {
             return;
         }
         for (place, share) in self.places.into_iter().zip([-shares[0], shares[1]]) {
             if let Some(place) = place {
-                contact_bodies[place].acceleration += self.normal * (pressing * share / whole);
-                contact_bodies[place].pushed = true;
+                bodies[place].acceleration += self.normal * (pressing * share / whole);
+                bodies[place].pushed = true;
             }
         }
     }
 
     /// The relative acceleration of the two parts into the contact.
-    fn pressing(&self, contact_bodies: &[ContactBody]) -> f64 {
-        let acceleration = |place: usize| contact_bodies[place].acceleration;
+    fn pressing(&self, bodies: &[ContactBody]) -> f64 {
+        let acceleration = |place: usize| bodies[place].acceleration;
         let [first, second] = self.places.map(|it| it.map_or(DVec3::ZERO, acceleration));
         (first - second).dot(self.normal)
     }
 
     /// The normal speed at which two parts that approach at `approach` are to separate. The speed that they gained
     /// within the overlap is neither lost nor returned twice. Zero if the rebound is below the resting threshold.
-    fn rebound(&self, contact_bodies: &[ContactBody], restitution: f64, approach: f64) -> f64 {
-        let pressing = self.pressing(contact_bodies).max(0.0);
+    fn rebound(&self, bodies: &[ContactBody], restitution: f64, approach: f64) -> f64 {
+        let pressing = self.pressing(bodies).max(0.0);
         let gained = (2.0 * pressing * self.depth.max(0.0)).min(approach * approach);
         let touching = restitution * (approach * approach - gained).sqrt();
         if touching <= self.resting_speed {
@@ -135,8 +135,8 @@ impl ContactConstraint {
     }
 
     /// An approach slower than this is rounding.
-    pub(super) fn rounding(&self, contact_bodies: &[ContactBody]) -> f64 {
-        let [first, second] = self.velocities(contact_bodies).map(DVec3::length);
+    pub(super) fn rounding(&self, bodies: &[ContactBody]) -> f64 {
+        let [first, second] = self.velocities(bodies).map(DVec3::length);
         first.max(second) * AT_REST
     }
 }
@@ -153,12 +153,12 @@ pub(super) struct Sprung {
 /// Answers contact points that happen at once, and updates the bodies. `dt` is the time for which a penalty force acts.
 /// Returns the body between the stiffest springs.
 pub(super) fn resolve(
-    contact_bodies: &mut [ContactBody],
+    bodies: &mut [ContactBody],
     constraints: &mut [ContactConstraint],
     dt: f64,
 ) -> Option<Sprung> {
     let mut solver = Solver {
-        contact_bodies,
+        bodies,
         constraints,
     };
     solver.leave_out_unsound();
@@ -179,7 +179,7 @@ pub(super) fn resolve(
 }
 
 struct Solver<'a> {
-    contact_bodies: &'a mut [ContactBody],
+    bodies: &'a mut [ContactBody],
     constraints: &'a mut [ContactConstraint],
 }
 
@@ -190,7 +190,7 @@ impl Solver<'_> {
             let constraint = &self.constraints[number];
             let yields = self.inverse_effective_mass(constraint, constraint.normal);
             let sound = yields.is_finite()
-                && constraint.approach(self.contact_bodies).is_finite()
+                && constraint.approach(self.bodies).is_finite()
                 && constraint.pushes.iter().all(|push| push.is_finite());
             if !sound && constraint.law != ContactLaw::Observe {
                 let constraint = &mut self.constraints[number];
@@ -201,20 +201,14 @@ impl Solver<'_> {
 
     /// Removes the impulses of contacts whose bodies end with a velocity that is not finite, and marks them as failed.
     fn take_back_unsound(&mut self) {
-        let sound = |contact_body: &ContactBody| {
-            contact_body.linvel.is_finite() && contact_body.angvel.is_finite()
-        };
-        if self
-            .contact_bodies
-            .iter()
-            .all(|contact_body| sound(contact_body) || !contact_body.pushed)
-        {
+        let sound = |it: &ContactBody| it.linvel.is_finite() && it.angvel.is_finite();
+        if self.bodies.iter().all(|it| sound(it) || !it.pushed) {
             return;
         }
         for constraint in self.constraints.iter_mut() {
             let mut places = constraint.places.iter().flatten();
             if constraint.impulses != [DVec3::ZERO; 2]
-                && places.any(|place| !sound(&self.contact_bodies[*place]))
+                && places.any(|place| !sound(&self.bodies[*place]))
             {
                 constraint.impulses = [DVec3::ZERO; 2];
                 constraint.failed = true;
@@ -235,11 +229,11 @@ impl Solver<'_> {
 
     fn push_of(&self, constraint: &ContactConstraint) -> [DVec3; 2] {
         let pushes = constraint.law.is_vector()
-            && constraint.approach(self.contact_bodies) > constraint.resting_speed;
+            && constraint.approach(self.bodies) > constraint.resting_speed;
         if !pushes {
             return [DVec3::ZERO; 2];
         }
-        let mass = |place: usize| self.contact_bodies[place].mass();
+        let mass = |place: usize| self.bodies[place].mass();
         [0, 1].map(|part| constraint.pushes[part] * constraint.places[part].map_or(0.0, mass))
     }
 
@@ -277,8 +271,8 @@ impl Solver<'_> {
             };
             matrix[place * cluster.len() + place] += (to_f64(damping) * dt).recip();
             let spring = to_f64(stiffness) * constraint.depth / to_f64(damping);
-            let midway = 0.5 * dt * constraint.pressing(self.contact_bodies);
-            wanted.push(spring + constraint.approach(self.contact_bodies) + midway);
+            let midway = 0.5 * dt * constraint.pressing(self.bodies);
+            wanted.push(spring + constraint.approach(self.bodies) + midway);
         }
         self.push_apart(cluster, &lcp::solve(&matrix, &wanted));
     }
@@ -293,13 +287,11 @@ impl Solver<'_> {
         });
         let share = |constraint: &ContactConstraint, place: usize| {
             let (point, normal) = (constraint.point, constraint.normal);
-            self.contact_bodies[place]
-                .answer(point, point, normal)
-                .dot(normal)
+            self.bodies[place].answer(point, point, normal).dot(normal)
         };
         let mut sums = Vec::new();
         for (constraint, stiffness) in springs.clone() {
-            sums.resize(self.contact_bodies.len(), 0.0);
+            sums.resize(self.bodies.len(), 0.0);
             for place in constraint.places.into_iter().flatten() {
                 sums[place] += stiffness * share(constraint, place);
             }
@@ -326,11 +318,11 @@ impl Solver<'_> {
             let rounding = match round {
                 0 => constraint.resting_speed,
                 _ => constraint
-                    .rounding(self.contact_bodies)
+                    .rounding(self.bodies)
                     .max(constraint.resting_speed),
             };
             let yields = self.inverse_effective_mass(constraint, constraint.normal);
-            constraint.approach(self.contact_bodies) > rounding && yields > 0.0
+            constraint.approach(self.bodies) > rounding && yields > 0.0
         };
         (0..self.constraints.len()).filter(approaches).collect()
     }
@@ -338,7 +330,7 @@ impl Solver<'_> {
     /// Groups of contacts that are connected through movable bodies.
     fn clusters(&self, contacts: &[usize]) -> Vec<Vec<usize>> {
         // Union-find: a set of connected bodies is named by its root.
-        let mut parent: Vec<usize> = (0..self.contact_bodies.len()).collect();
+        let mut parent: Vec<usize> = (0..self.bodies.len()).collect();
         fn find(parent: &mut [usize], mut one: usize) -> usize {
             while parent[one] != one {
                 parent[one] = parent[parent[one]];
@@ -348,7 +340,7 @@ impl Solver<'_> {
         }
         let movable = |place: Option<usize>| {
             place.filter(|place| {
-                let resistance = &self.contact_bodies[*place].resistance;
+                let resistance = &self.bodies[*place].resistance;
                 resistance.inverse_mass != DVec3::ZERO
                     || resistance.rotor.inverse_moments != DVec3::ZERO
             })
@@ -376,7 +368,7 @@ impl Solver<'_> {
     /// sides.
     fn inverse_effective_mass(&self, constraint: &ContactConstraint, direction: DVec3) -> f64 {
         let point = constraint.point;
-        let answer = |place: usize| self.contact_bodies[place].answer(point, point, direction);
+        let answer = |place: usize| self.bodies[place].answer(point, point, direction);
         let [first, second] = constraint.places.map(|it| it.map_or(DVec3::ZERO, answer));
         (first + second).dot(direction)
     }
@@ -391,8 +383,7 @@ impl Solver<'_> {
                     continue;
                 };
                 let sign = if part == other { 1.0 } else { -1.0 };
-                let answer =
-                    self.contact_bodies[*place].answer(here.point, there.point, there.normal);
+                let answer = self.bodies[*place].answer(here.point, there.point, there.normal);
                 sum += sign * answer.dot(here.normal);
             }
         }
@@ -426,8 +417,8 @@ impl Solver<'_> {
             let ContactLaw::Impulse { restitution, .. } = constraint.law else {
                 return 0.0;
             };
-            let approach = constraint.approach(self.contact_bodies);
-            approach + constraint.rebound(self.contact_bodies, to_f64(restitution), approach)
+            let approach = constraint.approach(self.bodies);
+            approach + constraint.rebound(self.bodies, to_f64(restitution), approach)
         };
         let wanted: Vec<f64> = cluster.iter().map(wanted).collect();
         let matrix = self.couplings(cluster);
@@ -436,7 +427,7 @@ impl Solver<'_> {
         // measure.
         let work: f64 = sizes.iter().zip(&wanted).map(|(x, b)| x * b).sum();
         if cluster.len() > 1 && 0.5 * work > JAMMED * self.energy(cluster) {
-            let approach = |i: &usize| self.constraints[*i].approach(self.contact_bodies);
+            let approach = |i: &usize| self.constraints[*i].approach(self.bodies);
             let approaches: Vec<f64> = cluster.iter().map(approach).collect();
             sizes = lcp::relax(&matrix, &approaches, SWEEPS);
         }
@@ -453,25 +444,20 @@ impl Solver<'_> {
         let mut places: Vec<usize> = constraints().flat_map(|it| it.places).flatten().collect();
         places.sort_unstable();
         places.dedup();
-        let contact_bodies = || places.iter().map(|place| &self.contact_bodies[*place]);
-        let frame = contact_bodies()
-            .next()
-            .map_or(DVec3::ZERO, |contact_body| contact_body.linvel);
-        let sides = constraints().flat_map(|it| it.velocities(self.contact_bodies));
-        let speeds = sides.chain(contact_bodies().map(|contact_body| contact_body.linvel));
+        let bodies = || places.iter().map(|place| &self.bodies[*place]);
+        let frame = bodies().next().map_or(DVec3::ZERO, |it| it.linvel);
+        let sides = constraints().flat_map(|it| it.velocities(self.bodies));
+        let speeds = sides.chain(bodies().map(|it| it.linvel));
         let fastest = speeds.map(|speed| (speed - frame).length_squared());
         let fastest = fastest.fold(0.0, f64::max);
         // Of a body whose centre cannot move, the mass that yields at its contacts counts.
         let yielding = constraints().map(|it| self.inverse_effective_mass(it, it.normal).recip());
-        let masses: f64 = contact_bodies()
-            .map(ContactBody::mass)
-            .chain(yielding)
-            .sum();
-        let turning = |contact_body: &ContactBody| {
-            let rotor = &contact_body.resistance.rotor;
-            rotor.twice_energy(contact_body.attitude, contact_body.angvel)
+        let masses: f64 = bodies().map(ContactBody::mass).chain(yielding).sum();
+        let turning = |it: &ContactBody| {
+            let rotor = &it.resistance.rotor;
+            rotor.twice_energy(it.attitude, it.angvel)
         };
-        0.5 * (fastest * masses + contact_bodies().map(turning).sum::<f64>())
+        0.5 * (fastest * masses + bodies().map(turning).sum::<f64>())
     }
 
     /// Applies Coulomb friction at a contact that got a normal impulse of a given size.
@@ -484,7 +470,7 @@ impl Solver<'_> {
         if most <= 0.0 {
             return;
         }
-        let [first, second] = constraint.velocities(self.contact_bodies);
+        let [first, second] = constraint.velocities(self.bodies);
         let slip = (second - first).reject_from_normalized(constraint.normal);
         let Some(direction) = slip.try_normalize() else {
             return;
@@ -501,7 +487,7 @@ impl Solver<'_> {
         for (part, impulse) in impulses.into_iter().enumerate() {
             constraint.impulses[part] += impulse;
             if let Some(place) = constraint.places[part] {
-                self.contact_bodies[place].push(constraint.point, impulse);
+                self.bodies[place].push(constraint.point, impulse);
             }
         }
     }
@@ -535,7 +521,7 @@ mod tests {
         };
         let nowhere = DQuat::from_xyzw(f64::NAN, 0.0, 0.0, 1.0);
         for (frame, fails) in [(DQuat::IDENTITY, false), (nowhere, true)] {
-            let mut contact_bodies = [body(frame)];
+            let mut bodies = [body(frame)];
             let spot = ContactPoint {
                 point: DVec3::new(0.5, 0.1, 0.0),
                 normal: DVec3::X,
@@ -548,10 +534,10 @@ mod tests {
                 places,
                 spot,
             )];
-            resolve(&mut contact_bodies, &mut constraints, 0.01);
+            resolve(&mut bodies, &mut constraints, 0.01);
             assert_eq!(constraints[0].failed, fails);
             assert_eq!(constraints[0].impulses == [DVec3::ZERO; 2], fails);
-            assert!(contact_bodies[0].linvel.is_finite());
+            assert!(bodies[0].linvel.is_finite());
         }
     }
 }

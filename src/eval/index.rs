@@ -36,9 +36,9 @@ impl ProgramIndex {
         frames: &mut FrameCache,
     ) {
         let compiled = scene.compiled;
-        let program_index = &compiled.program_index;
+        let program_log = &compiled.program_log;
         let indexed = compiled.programs.len() >= FEWEST_FOR_INDEX;
-        let changed = program_index.since(self.followed);
+        let changed = program_log.since(self.followed);
         let changed = changed.filter(|_| indexed == self.indexed);
         self.indexed = indexed;
         self.reaches.resize_with(
@@ -56,13 +56,13 @@ impl ProgramIndex {
                 for (number, serial) in changed {
                     self.renew(scene, frames, *number, Some(*serial));
                 }
-                for number in program_index.moving() {
+                for number in program_log.moving() {
                     self.renew(scene, frames, *number, None);
                 }
             }
             None => self.renew_all(scene, frames),
         }
-        self.followed = program_index.now();
+        self.followed = program_log.now();
     }
 
     fn renew_all(&mut self, scene: &SampledWorld<'_, impl Frames>, frames: &mut FrameCache) {
@@ -149,7 +149,7 @@ impl ProgramIndex {
             return;
         }
         self.bounded_at(point, |number| found.extend(forces(number)));
-        let unbounded = compiled.program_index.unbounded().iter().copied();
+        let unbounded = compiled.program_log.unbounded().iter().copied();
         found.extend(unbounded.filter_map(forces));
         found.sort_unstable();
     }

@@ -42,7 +42,7 @@ fn sample_at(samples: &Samples, place: u32) -> &SamplePoint {
 }
 
 /// An instance of a program that is evaluated on several samples.
-struct InstanceOnLanes<'a> {
+struct LaneJob<'a> {
     input: LaneInput<'a>,
     /// The closed form of the instance, if it is drag or wind.
     drag: Option<DragOn>,
@@ -107,7 +107,7 @@ impl BatchEvaluator<Program> for Programs {
         self.runs.clear();
         self.runs
             .extend(samples.uncut_runs_for(rule).map(|(number, _)| number));
-        self.add_on_places(number, program, on);
+        self.add_listed(number, program, on);
     }
 }
 
@@ -174,7 +174,7 @@ impl Programs {
             let (point, extent) = (centre.world_point, from_f64(bulk.extent));
             self.index.bounded_near(point, extent, cut_by);
         }
-        for number in compiled.program_index.unbounded() {
+        for number in compiled.program_log.unbounded() {
             add(*number, ALL);
         }
         jobs.sort_unstable();
@@ -203,11 +203,11 @@ impl Programs {
                 self.runs.extend(is_wanted.then_some(run as u32));
             }
         }
-        self.add_on_places(number, program, on);
+        self.add_listed(number, program, on);
     }
 
     /// Adds the forces of a program on the samples and runs in its lists.
-    fn add_on_places(&mut self, number: u32, program: &Program, on: &mut Summing<'_, impl Frames>) {
+    fn add_listed(&mut self, number: u32, program: &Program, on: &mut Summing<'_, impl Frames>) {
         let samples = on.scene.samples;
         let mut pairs = std::mem::take(&mut self.pairs);
         pairs.clear();
@@ -239,7 +239,7 @@ impl Programs {
         program: &Program,
         pairs: &mut [(u32, u32)],
         on: &mut Summing<'_, impl Frames>,
-        mut add: impl FnMut(&mut Self, &InstanceOnLanes<'_>, &[(u32, u32)], &mut Sums<'_>),
+        mut add: impl FnMut(&mut Self, &LaneJob<'_>, &[(u32, u32)], &mut Sums<'_>),
     ) {
         let (scene, samples, moment) = (on.scene, on.scene.samples, on.scene.moment);
         if program.instances.len() > 1 {
@@ -248,7 +248,7 @@ impl Programs {
         for pairs in pairs.chunk_by(|a, b| a.0 == b.0) {
             on.frames.fill_instance(scene, program, pairs[0].0);
             let instance = pairs[0].0 as usize;
-            let on_lanes = InstanceOnLanes {
+            let job = LaneJob {
                 input: LaneInput {
                     program,
                     instance,
@@ -258,18 +258,13 @@ impl Programs {
                 },
                 drag: DragOn::new(program, instance, moment),
             };
-            add(self, &on_lanes, pairs, &mut on.sums);
+            add(self, &job, pairs, &mut on.sums);
         }
     }
 
     /// Adds the forces of an instance on several samples.
-    fn add_on_samples(
-        &mut self,
-        on_lanes: &InstanceOnLanes<'_>,
-        pairs: &[(u32, u32)],
-        sums: &mut Sums<'_>,
-    ) {
-        let sample = |place: u32| sample_at(on_lanes.input.samples, place);
+    fn add_on_samples(&mut self, job: &LaneJob<'_>, pairs: &[(u32, u32)], sums: &mut Sums<'_>) {
+        let sample = |place: u32| sample_at(job.input.samples, place);
         let mut all_found = std::mem::take(&mut self.found);
         all_found.clear();
         all_found.resize_with(pairs.len().div_ceil(WIDTH), LaneOutput::default);
@@ -278,55 +273,44 @@ impl Programs {
             for (found, several) in found.iter_mut().zip(several) {
                 let place = |lane: usize| several[lane.min(several.len() - 1)].1;
                 let all: [_; WIDTH] = std::array::from_fn(|lane| sample(place(lane)));
-                *found = on_lanes.input.on_samples(&all[..several.len()]);
+                *found = job.input.on_samples(&all[..several.len()]);
             }
         });
         for (found, several) in all_found.iter().zip(pairs.chunks(WIDTH)) {
             for lane in lanes_of(found.defined) {
                 let felt = Felt::on_sample(sample(several[lane].1), found.exact_force(lane));
-                self.add_force(on_lanes, several[lane].1, &felt, sums);
+                self.add_force(job, several[lane].1, &felt, sums);
             }
             for lane in lanes_of(found.doubtful) {
-                self.add_one(on_lanes, several[lane].1, sums);
+                self.add_one(job, several[lane].1, sums);
             }
         }
         self.found = all_found;
     }
 
     /// Adds the force of an instance on one sample.
-    fn add_one(&mut self, on_lanes: &InstanceOnLanes<'_>, place: u32, sums: &mut Sums<'_>) {
-        let sample = sample_at(on_lanes.input.samples, place);
-        if let Some(force) = on_lanes.input.interpreted(sample, &mut self.interpreter) {
+    fn add_one(&mut self, job: &LaneJob<'_>, place: u32, sums: &mut Sums<'_>) {
+        let sample = sample_at(job.input.samples, place);
+        if let Some(force) = job.input.interpreted(sample, &mut self.interpreter) {
             let felt = Felt::on_sample(sample, force);
-            self.add_force(on_lanes, place, &felt, sums);
+            self.add_force(job, place, &felt, sums);
         }
     }
 
     /// Adds a force on one sample.
-    fn add_force(
-        &mut self,
-        on_lanes: &InstanceOnLanes<'_>,
-        place: u32,
-        felt: &Felt<'_>,
-        sums: &mut Sums<'_>,
-    ) {
+    fn add_force(&mut self, job: &LaneJob<'_>, place: u32, felt: &Felt<'_>, sums: &mut Sums<'_>) {
         let force = from_dvec3(felt.exact);
-        let count = on_lanes.input.samples.centres.len();
+        let count = job.input.samples.centres.len();
         match (place as usize).checked_sub(count) {
             Some(place) => sums.forces[place] += force,
             None => sums.wrenches[place as usize].force += force,
         }
-        self.note(on_lanes, felt, sums);
+        self.note(job, felt, sums);
     }
 
     /// Adds the forces of an instance on several blocks.
-    fn add_on_blocks(
-        &mut self,
-        on_lanes: &InstanceOnLanes<'_>,
-        pairs: &[(u32, u32)],
-        sums: &mut Sums<'_>,
-    ) {
-        let (input, samples) = (&on_lanes.input, on_lanes.input.samples);
+    fn add_on_blocks(&mut self, job: &LaneJob<'_>, pairs: &[(u32, u32)], sums: &mut Sums<'_>) {
+        let (input, samples) = (&job.input, job.input.samples);
         let mut all_found = std::mem::take(&mut self.found);
         all_found.clear();
         all_found.resize_with(pairs.len(), LaneOutput::default);
@@ -338,12 +322,12 @@ impl Programs {
         for (found, (_, block)) in all_found.iter().zip(pairs) {
             let placed = samples.block(*block);
             for lane in lanes_of(found.defined) {
-                self.add_in_block(on_lanes, &placed, lane, found.exact_force(lane), sums);
+                self.add_in_block(job, &placed, lane, found.exact_force(lane), sums);
             }
             for lane in lanes_of(found.doubtful) {
                 let force = input.interpreted(&placed.sample(lane), &mut self.interpreter);
                 if let Some(force) = force {
-                    self.add_in_block(on_lanes, &placed, lane, force, sums);
+                    self.add_in_block(job, &placed, lane, force, sums);
                 }
             }
         }
@@ -353,7 +337,7 @@ impl Programs {
     /// Adds a force on one sample of a block.
     fn add_in_block(
         &mut self,
-        on_lanes: &InstanceOnLanes<'_>,
+        job: &LaneJob<'_>,
         placed: &PlacedBlock<'_>,
         lane: usize,
         exact: DVec3,
@@ -370,19 +354,19 @@ impl Programs {
         let wrench = &mut sums.wrenches[felt.part.body as usize];
         wrench.force += force;
         wrench.torque += felt.arm.cross(force);
-        self.note(on_lanes, &felt, sums);
+        self.note(job, &felt, sums);
     }
 
     /// Records the derivative and the reaction of a force.
-    fn note(&mut self, on_lanes: &InstanceOnLanes<'_>, felt: &Felt<'_>, sums: &mut Sums<'_>) {
+    fn note(&mut self, job: &LaneJob<'_>, felt: &Felt<'_>, sums: &mut Sums<'_>) {
         let LaneInput {
             program,
             instance,
             frames,
             samples,
             ..
-        } = on_lanes.input;
-        if let (Some(slowings), Some(drag)) = (&mut sums.slowings, &on_lanes.drag) {
+        } = job.input;
+        if let (Some(slowings), Some(drag)) = (&mut sums.slowings, &job.drag) {
             let slowing = drag.of_part(felt.part, felt.fraction, felt.exact);
             slowings.add(felt.part.body, to_dvec3(felt.arm), felt.exact, &slowing);
         }

@@ -70,11 +70,11 @@ pub(super) fn method_of(
         Scheme::KickDriftKick | Scheme::Auto { .. } | Scheme::Substep(_) => {
             match (evaluation.stiff_method(place), context.plan_rules()) {
                 (Some(StiffMethod::Damp), _) => Method::Implicit(dt),
-                (Some(StiffMethod::Resolve { rate_estimate, .. }), Some(plan_rules))
+                (Some(StiffMethod::Resolve { path_rate, .. }), Some(plan_rules))
                     if !stands(context, evaluation, place) =>
                 {
                     Method::Inner(plan_rules.first(
-                        rate_estimate,
+                        path_rate,
                         to_f64(dt),
                         context.compiled.reads_velocity,
                     ))
@@ -101,16 +101,16 @@ pub(super) fn together(
     evaluation: &Evaluation,
 ) -> Option<StepPlan> {
     let plan_rules = context.plan_rules()?;
-    let rate_estimates = evaluation.stiff_methods.iter();
-    let rate_estimates = rate_estimates.filter_map(|(place, stiff_method)| match stiff_method {
-        StiffMethod::Resolve { rate_estimate, .. } if !stands(context, evaluation, *place) => {
-            Some(*rate_estimate)
+    let path_rates = evaluation.stiff_methods.iter();
+    let path_rates = path_rates.filter_map(|(place, stiff_method)| match stiff_method {
+        StiffMethod::Resolve { path_rate, .. } if !stands(context, evaluation, *place) => {
+            Some(*path_rate)
         }
         _ => None,
     });
-    let plans = rate_estimates.map(|rate_estimate| {
+    let plans = path_rates.map(|path_rate| {
         plan_rules.first(
-            rate_estimate,
+            path_rate,
             to_f64(context.dt),
             context.compiled.reads_velocity,
         )

@@ -98,8 +98,8 @@ impl Integrator {
             fourth_power(context, place, evaluation.wrenches[place], was)
         };
         match context.plan_rules() {
-            Some(plan_rules) => {
-                let together = stay_together(plan_rules, context, first);
+            Some(rules) => {
+                let together = stay_together(rules, context, first);
                 // Bodies that are led have arrived, and have only the velocity of the step before now.
                 let drifts = self.drifts(context, context.bodies, -to_f64(context.dt));
                 self.find_candidates(context, evaluation, stiff, |place| {
@@ -117,7 +117,7 @@ impl Integrator {
                 });
                 self.drifts = drifts;
                 // Bodies that are not linearised have a smaller error.
-                self.reached = CAUTION * plan_rules.tolerance;
+                self.reached = CAUTION * rules.tolerance;
                 self.look_into(context, evaluation, stiff);
                 self.judge(context, evaluation, begun, together, stiff, warnings);
                 warn_of_damped(
@@ -178,7 +178,7 @@ impl Integrator {
         stiff: &mut Vec<RigidBodyHandle>,
         warnings: &mut Vec<StepWarning>,
     ) {
-        let Some(plan_rules) = context.plan_rules() else {
+        let Some(rules) = context.plan_rules() else {
             return;
         };
         let (last, first) = (begun.last, begun.motions);
@@ -193,8 +193,8 @@ impl Integrator {
         // The candidates have been linearised, so their list is free as a buffer.
         let mut wrong = std::mem::take(&mut self.candidates);
         wrong.clear();
-        for (place, stiff_method) in &evaluation.stiff_methods {
-            let StiffMethod::Resolve { rate_estimate, .. } = stiff_method else {
+        for (place, method) in &evaluation.stiff_methods {
+            let StiffMethod::Resolve { path_rate, .. } = method else {
                 self.reached = self.reached.max(LOST);
                 continue;
             };
@@ -202,8 +202,8 @@ impl Integrator {
             if !kicked(*place) || !moved {
                 continue;
             }
-            let error = plan_rules.error(*rate_estimate, StepPlan::WHOLE, dt);
-            if error > plan_rules.tolerance {
+            let error = rules.error(*path_rate, StepPlan::WHOLE, dt);
+            if error > rules.tolerance {
                 wrong.push(*place);
             } else {
                 self.reached = self.reached.max(error);
@@ -226,23 +226,19 @@ impl Integrator {
                 let again = wrong.iter().copied();
                 let again = again.filter(|place| begun.may_retry && !coupled && free(place));
                 evaluation.missed.extend(again);
-                for (place, stiff_method) in &mut evaluation.stiff_methods {
+                for (place, method) in &mut evaluation.stiff_methods {
                     let listed = |list: &[usize]| list.binary_search(place).is_ok();
-                    let StiffMethod::Resolve { rate_estimate, .. } = *stiff_method else {
+                    let StiffMethod::Resolve { path_rate, .. } = *method else {
                         continue;
                     };
                     if !listed(&wrong) || listed(&evaluation.missed) {
                         continue;
                     }
-                    let error = plan_rules.error(rate_estimate, StepPlan::WHOLE, dt);
+                    let error = rules.error(path_rate, StepPlan::WHOLE, dt);
                     self.reached = self.reached.max(error);
-                    warnings.push(StepWarning::missed(
-                        plan_rules,
-                        evaluation.bodies[*place],
-                        error,
-                    ));
-                    if plan_rules.damps && !coupled && rate_estimate.omega2.sqrt() * dt > BROKEN {
-                        *stiff_method = StiffMethod::Damp;
+                    warnings.push(StepWarning::missed(rules, evaluation.bodies[*place], error));
+                    if rules.damps && !coupled && path_rate.omega2.sqrt() * dt > BROKEN {
+                        *method = StiffMethod::Damp;
                     }
                 }
             }
@@ -253,47 +249,37 @@ impl Integrator {
         for (place, body) in evaluation.bodies.iter().enumerate() {
             let resolved = first.resolved(*body);
             self.reached = self.reached.max(resolved.map_or(0.0, |it| it.error));
-            if let Some(resolved) = resolved.filter(|it| it.error > plan_rules.tolerance) {
-                warnings.push(StepWarning::missed(plan_rules, *body, resolved.error));
+            if let Some(resolved) = resolved.filter(|it| it.error > rules.tolerance) {
+                warnings.push(StepWarning::missed(rules, *body, resolved.error));
             }
-            let stiff_method = match (resolved, before(place)) {
+            let method = match (resolved, before(place)) {
                 // A body that was stiff and was not linearised since stays so.
-                (
-                    Some(Resolved {
-                        rate_estimate,
-                        balance,
-                        ..
-                    }),
-                    was,
-                ) if !plan_rules.is_calm(*rate_estimate, dt)
-                    || balance.is_open()
-                    || (together && was.is_some()) =>
+                (Some(it), was)
+                    if !rules.is_calm(it.path_rate, dt)
+                        || it.balance.is_open()
+                        || (together && was.is_some()) =>
                 {
                     StiffMethod::Resolve {
-                        rate_estimate: *rate_estimate,
-                        balance: *balance,
+                        path_rate: it.path_rate,
+                        balance: it.balance,
                     }
                 }
                 // The body stood still, and is treated as before.
-                (None, Some(stiff_method @ StiffMethod::Resolve { .. })) => stiff_method,
+                (None, Some(method @ StiffMethod::Resolve { .. })) => method,
                 _ => continue,
             };
             let looked = &evaluation.stiff_methods[..known];
             if looked.binary_search_by_key(&place, |it| it.0).is_err() {
-                evaluation.stiff_methods.push((place, stiff_method));
+                evaluation.stiff_methods.push((place, method));
             }
         }
-        let stiff_methods = &mut evaluation.stiff_methods;
-        stiff_methods.sort_unstable_by_key(|(place, _)| *place);
-        for (place, stiff_method) in stiff_methods {
-            if let StiffMethod::Resolve {
-                rate_estimate,
-                balance,
-            } = stiff_method
-            {
+        let methods = &mut evaluation.stiff_methods;
+        methods.sort_unstable_by_key(|(place, _)| *place);
+        for (place, method) in methods {
+            if let StiffMethod::Resolve { path_rate, balance } = method {
                 let known = begun.resolved_alone(evaluation.bodies[*place]);
-                let known = known.filter(|known| known.error <= plan_rules.tolerance);
-                let is_calm = plan_rules.is_calm(*rate_estimate, dt);
+                let known = known.filter(|known| known.error <= rules.tolerance);
+                let is_calm = rules.is_calm(*path_rate, dt);
                 *balance = known.map_or(EnergyBalance::default(), |known| {
                     known.balance.after_step(is_calm)
                 });
@@ -313,11 +299,11 @@ impl Integrator {
         fourth_power: impl Fn(usize) -> Option<Real>,
     ) {
         self.candidates.clear();
-        let Some(plan_rules) = context.plan_rules() else {
+        let Some(rules) = context.plan_rules() else {
             return;
         };
-        let bound = (CAUTION * 4.0 * plan_rules.tolerance).powi(2);
-        let quiet = plan_rules.quiet_rate(to_f64(context.dt));
+        let bound = (CAUTION * 4.0 * rules.tolerance).powi(2);
+        let quiet = rules.quiet_rate(to_f64(context.dt));
         let is_candidate = |place: &usize| {
             if let Some(Some(LinearisedWrench { slope, .. })) = evaluation.couplings.get(*place) {
                 let rate = slope.fastest(&Mobility::of(&context.bodies[*place]));
@@ -343,29 +329,23 @@ impl Integrator {
         stiff: &mut Vec<RigidBodyHandle>,
     ) {
         self.estimate_candidates(context, evaluation);
-        let Some(plan_rules) = context.plan_rules() else {
+        let Some(rules) = context.plan_rules() else {
             return;
         };
         let dt = to_f64(context.dt);
         let coupled = !self.candidates.is_empty() && context.is_coupled();
         let share = if coupled { COUPLED } else { 1.0 };
         for estimate in &evaluation.estimates {
-            let mut rate_estimate = estimate.rates.rate_estimate(plan_rules, dt);
-            rate_estimate.omega2 *= share;
-            let stiff_method =
-                if plan_rules.damps && !coupled && plan_rules.is_hopeless(rate_estimate, dt) {
-                    StiffMethod::Damp
-                } else {
-                    let balance = EnergyBalance::default();
-                    StiffMethod::Resolve {
-                        rate_estimate,
-                        balance,
-                    }
-                };
-            if !plan_rules.is_calm(rate_estimate, dt) {
-                evaluation
-                    .stiff_methods
-                    .push((estimate.place, stiff_method));
+            let mut path_rate = estimate.rates.path_rate(rules, dt);
+            path_rate.omega2 *= share;
+            let method = if rules.damps && !coupled && rules.is_hopeless(path_rate, dt) {
+                StiffMethod::Damp
+            } else {
+                let balance = EnergyBalance::default();
+                StiffMethod::Resolve { path_rate, balance }
+            };
+            if !rules.is_calm(path_rate, dt) {
+                evaluation.stiff_methods.push((estimate.place, method));
             }
         }
         note_stiff(evaluation, stiff);
@@ -427,11 +407,11 @@ impl Integrator {
 /// Returns true if bodies that act on each other stay moved within the next step, independently of Jacobians, because
 /// the path of one of them was stiff.
 fn stay_together(
-    plan_rules: PlanRules,
+    rules: PlanRules,
     context: &StepContext<'_, impl Lookup>,
     first: &Motions,
 ) -> bool {
-    let calm = |it: &Resolved| plan_rules.is_calm(it.rate_estimate, to_f64(context.dt));
+    let calm = |it: &Resolved| rules.is_calm(it.path_rate, to_f64(context.dt));
     !first.resolved.iter().all(calm) && context.is_coupled()
 }
 
@@ -442,7 +422,7 @@ fn warn_of_damped(
     last: &Evaluation,
     warnings: &mut Vec<StepWarning>,
 ) {
-    let Some(plan_rules) = context.plan_rules() else {
+    let Some(rules) = context.plan_rules() else {
         return;
     };
     let damped = evaluation.stiff_methods.iter();
@@ -451,7 +431,7 @@ fn warn_of_damped(
         let before = last.place_of(body).and_then(|it| last.stiff_method(it));
         let is_told = |it: &StepWarning| matches!(it, StepWarning::ToleranceMissed { body: told, .. } if *told == body);
         if before != Some(StiffMethod::Damp) && !warnings.iter().any(is_told) {
-            warnings.push(StepWarning::missed(plan_rules, body, LOST));
+            warnings.push(StepWarning::missed(rules, body, LOST));
         }
     }
 }

@@ -154,8 +154,8 @@ impl Start {
     }
 
     /// Records the stiffness that the plan has shown.
-    pub fn look(&mut self, rate_estimate: RateEstimate) {
-        let now = (rate_estimate.omega2, self.plan.length());
+    pub fn look(&mut self, path_rate: RateEstimate) {
+        let now = (path_rate.omega2, self.plan.length());
         if let Some((was, drift)) = self.shown.replace(now) {
             let growth = now.0 / was / (drift / now.1);
             // The secant of a singular force grows faster; that of a steep one stays.
@@ -175,7 +175,7 @@ impl Start {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Resolved {
     pub body: RigidBodyHandle,
-    pub(super) rate_estimate: RateEstimate,
+    pub(super) path_rate: RateEstimate,
     /// Over this step and those before.
     pub(super) balance: EnergyBalance,
     /// The relative error with which it was moved.

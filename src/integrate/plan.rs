@@ -119,30 +119,30 @@ pub(super) struct PlanRules {
 
 impl PlanRules {
     /// The relative error of the energy of a vibration under a plan, for a body of this stiffness.
-    pub(super) fn error(self, rate_estimate: RateEstimate, plan: StepPlan, dt: f64) -> f64 {
+    pub(super) fn error(self, path_rate: RateEstimate, plan: StepPlan, dt: f64) -> f64 {
         let length = plan.length() * dt;
         let second = |omega2: f64| omega2 * length * length / 4.0;
         let part = dt / f64::from(plan.count);
-        let swing2 = rate_estimate.omega2 * part * part;
+        let swing2 = path_rate.omega2 * part * part;
         // False for NaN.
         let is_followed = swing2 <= FORWARD_LIMIT.powi(2);
         if plan.forward && is_followed {
-            (FORWARD_ERROR * swing2 * swing2).max(second(ROUGH * rate_estimate.jump))
+            (FORWARD_ERROR * swing2 * swing2).max(second(ROUGH * path_rate.jump))
         } else {
-            second(rate_estimate.omega2)
+            second(path_rate.omega2)
         }
     }
 
     /// Returns true if even the finest plan exceeds [`HOPELESS`].
-    pub(super) fn is_hopeless(self, rate_estimate: RateEstimate, dt: f64) -> bool {
+    pub(super) fn is_hopeless(self, path_rate: RateEstimate, dt: f64) -> bool {
         // False for NaN.
-        let hopeful = self.error(rate_estimate, self.plan(rate_estimate, dt), dt) <= HOPELESS;
+        let hopeful = self.error(path_rate, self.plan(path_rate, dt), dt) <= HOPELESS;
         !hopeful
     }
 
     /// Returns true if whole steps meet the tolerance with room to spare.
-    pub(super) fn is_calm(self, rate_estimate: RateEstimate, dt: f64) -> bool {
-        self.error(rate_estimate, StepPlan::WHOLE, dt) <= CAUTION * self.tolerance
+    pub(super) fn is_calm(self, path_rate: RateEstimate, dt: f64) -> bool {
+        self.error(path_rate, StepPlan::WHOLE, dt) <= CAUTION * self.tolerance
     }
 
     /// The highest rate of drag or gyration that needs no linearisation: the error that it causes is small, and the
@@ -152,13 +152,13 @@ impl PlanRules {
     }
 
     /// The cheapest plan that meets the tolerance for this stiffness; the finest if none does.
-    pub(super) fn plan(self, rate_estimate: RateEstimate, dt: f64) -> StepPlan {
+    pub(super) fn plan(self, path_rate: RateEstimate, dt: f64) -> StepPlan {
         let tolerance = MARGIN * self.tolerance;
         let finest = 2.0 * tolerance.sqrt();
-        let swing = rate_estimate.omega2.sqrt() * dt;
+        let swing = path_rate.omega2.sqrt() * dt;
         let plain = swing / finest;
         let smooth = (tolerance / FORWARD_ERROR).sqrt().sqrt();
-        let jumps = (ROUGH * rate_estimate.jump).sqrt() * dt * StepPlan::FORWARD.length() / finest;
+        let jumps = (ROUGH * path_rate.jump).sqrt() * dt * StepPlan::FORWARD.length() / finest;
         let parts = (swing / smooth.min(FORWARD_LIMIT)).max(jumps);
         let cost = f64::from(FORWARD_STAGES) * power_of_two(parts);
         let forward = self.is_fourth && cost < power_of_two(plain);
@@ -172,8 +172,8 @@ impl PlanRules {
     /// unless the plan for this stiffness is expensive. The plan used then depends on the path only, and is the same on
     /// the reversed path: plans change at the same places on the way to a centre and away from it, so the errors of the
     /// energy cancel. `looked_into` if Jacobians show the stiffness, because forces read velocities.
-    pub(super) fn first(self, rate_estimate: RateEstimate, dt: f64, looked_into: bool) -> StepPlan {
-        let plan = self.plan(rate_estimate, dt);
+    pub(super) fn first(self, path_rate: RateEstimate, dt: f64, looked_into: bool) -> StepPlan {
+        let plan = self.plan(path_rate, dt);
         if plan.cost() > DEAR || looked_into {
             plan
         } else if self.is_fourth {
@@ -188,7 +188,7 @@ impl PlanRules {
     /// not meet the tolerance of a path that is stiff for a moment only.
     pub(super) fn finer(
         self,
-        rate_estimate: RateEstimate,
+        path_rate: RateEstimate,
         than: StepPlan,
         dt: f64,
         uneven: bool,
@@ -196,17 +196,16 @@ impl PlanRules {
         if than == StepPlan::UNEVEN {
             return None;
         }
-        let wanted = self.plan(rate_estimate, dt);
+        let wanted = self.plan(path_rate, dt);
         let length = wanted
             .length()
             .clamp(than.length() / 8.0, than.length() / 2.0);
         let count = f64::from(wanted.count) * wanted.length() / length;
         let count = self.count(count, wanted.forward);
         let finer = StepPlan { count, ..wanted };
-        let is_brief = rate_estimate.jump > EVEN * rate_estimate.omega2;
+        let is_brief = path_rate.jump > EVEN * path_rate.omega2;
         let most = if is_brief { self.tolerance } else { HOPELESS };
-        let misses =
-            self.error(rate_estimate, wanted, dt) > most || !rate_estimate.omega2.is_finite();
+        let misses = self.error(path_rate, wanted, dt) > most || !path_rate.omega2.is_finite();
         // With few substeps, an even path that is sampled coarsely looks uneven.
         if self.damps && uneven && misses {
             return Some(StepPlan::UNEVEN);

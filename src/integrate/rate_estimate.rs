@@ -33,7 +33,7 @@ impl RateEstimate {
 /// Follows the path of a body from kick to kick.
 #[derive(Clone, Default)]
 pub(super) struct Track {
-    pub rate_estimate: RateEstimate,
+    pub path_rate: RateEstimate,
     last: Option<PathPoint>,
     omega2: Option<Bounds>,
     /// The largest square of a frequency that two consecutive pieces or a Jacobian have shown, and not an edge alone.
@@ -178,9 +178,8 @@ impl Track {
         // False for NaN, if neither the acceleration nor the pose changes.
         let found = omega2.filter(|omega2| *omega2 > most);
         self.is_stiff_aside = found.is_some();
-        self.rate_estimate.omega2 = found.map_or(self.rate_estimate.omega2, |it| {
-            it.max(self.rate_estimate.omega2)
-        });
+        self.path_rate.omega2 =
+            found.map_or(self.path_rate.omega2, |it| it.max(self.path_rate.omega2));
     }
 
     /// Returns true if the last piece has shown more than `most`, and no second piece or Jacobian has confirmed it.
@@ -201,10 +200,10 @@ impl Track {
     /// Records the square of a frequency.
     fn see(&mut self, now: Bounds) {
         let before = self.omega2.replace(now);
-        self.rate_estimate.omega2 = self.rate_estimate.omega2.max(now.least);
+        self.path_rate.omega2 = self.path_rate.omega2.max(now.least);
         if let Some(before) = before {
             self.sustained = self.sustained.max(before.least.min(now.least));
-            self.rate_estimate.jump = self.rate_estimate.jump.max(now.distance(before));
+            self.path_rate.jump = self.path_rate.jump.max(now.distance(before));
         }
     }
 }

@@ -136,17 +136,10 @@ impl Integrator {
                     continue;
                 }
                 let resolved = plan_rules.and_then(|plan_rules| {
-                    let rate_estimate = substeps.tracks.get(number)?.rate_estimate;
+                    let path_rate = substeps.tracks.get(number)?.path_rate;
                     let body = context.bodies[start.place].handle;
                     let bisection = substeps.bisection;
-                    Some(resolved(
-                        plan_rules,
-                        bisection,
-                        start,
-                        rate_estimate,
-                        body,
-                        dt,
-                    ))
+                    Some(resolved(plan_rules, bisection, start, path_rate, body, dt))
                 });
                 let found = Found {
                     start,
@@ -260,7 +253,7 @@ fn weigh(
         start.gained = EnergyBalance::of(
             state,
             &mut track.work,
-            track.rate_estimate.omega2,
+            track.path_rate.omega2,
             plan_rules.tolerance,
         );
     }
@@ -277,26 +270,23 @@ fn resolved(
     plan_rules: PlanRules,
     bisection: Option<Bisection>,
     start: &Start,
-    rate_estimate: RateEstimate,
+    path_rate: RateEstimate,
     body: RigidBodyHandle,
     dt: f64,
 ) -> Resolved {
-    let (rate_estimate, error) = match bisection {
+    let (path_rate, error) = match bisection {
         // The next step need not be as stiff.
         Some(Bisection { error, omega2 }) => (RateEstimate { omega2, jump: 0.0 }, error),
         // An edge does not predict stiffness.
         None if start.edge() => (RateEstimate::default(), 0.0),
-        None => (
-            rate_estimate,
-            plan_rules.error(rate_estimate, start.plan, dt),
-        ),
+        None => (path_rate, plan_rules.error(path_rate, start.plan, dt)),
     };
     let balance = start
         .gained
         .map_or(start.balance, |gained| start.balance.and(gained));
     Resolved {
         body,
-        rate_estimate,
+        path_rate,
         balance,
         error: error.max(balance.error()),
     }
@@ -316,21 +306,19 @@ fn refine(
     let mut finest = plan;
     let mut hopeless = false;
     for (number, (start, track)) in starts.iter_mut().zip(&substeps.tracks).enumerate() {
-        let rate_estimate = track.rate_estimate;
+        let path_rate = track.path_rate;
         if plan != StepPlan::UNEVEN {
-            start.look(rate_estimate);
+            start.look(path_rate);
         }
         let error = match substeps.bisection {
             Some(bisection) => bisection.error,
-            None => plan_rules.error(rate_estimate, plan, dt),
+            None => plan_rules.error(path_rate, plan, dt),
         };
         if start.has_given_up() {
             hopeless = true;
         } else if bears(plan_rules, start) && (start.edge() || error <= plan_rules.tolerance) {
             continue;
-        } else if let Some(finer) =
-            plan_rules.finer(rate_estimate, plan, dt, uneven && !start.rests)
-        {
+        } else if let Some(finer) = plan_rules.finer(path_rate, plan, dt, uneven && !start.rests) {
             start.plan = finer;
             if finer.length() < finest.length() {
                 finest = finer;

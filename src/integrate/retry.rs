@@ -47,8 +47,8 @@ impl Integrator {
             return;
         }
         let plan = |place: usize| match evaluation.stiff_method(place) {
-            Some(StiffMethod::Resolve { rate_estimate, .. }) => {
-                plan_rules.plan(rate_estimate, to_f64(context.dt))
+            Some(StiffMethod::Resolve { path_rate, .. }) => {
+                plan_rules.plan(path_rate, to_f64(context.dt))
             }
             _ => StepPlan::WHOLE,
         };
@@ -92,10 +92,8 @@ impl Integrator {
         let mut left = places.clone();
         left.retain(|place| retried.iter().all(|now| now.place != *place));
         for place in &left {
-            if let Some(StiffMethod::Resolve { rate_estimate, .. }) =
-                evaluation.stiff_method(*place)
-            {
-                let error = plan_rules.error(rate_estimate, StepPlan::WHOLE, to_f64(context.dt));
+            if let Some(StiffMethod::Resolve { path_rate, .. }) = evaluation.stiff_method(*place) {
+                let error = plan_rules.error(path_rate, StepPlan::WHOLE, to_f64(context.dt));
                 self.reached = self.reached.max(error);
                 let body = evaluation.bodies[*place];
                 warnings.push(StepWarning::missed(plan_rules, body, error));
@@ -120,15 +118,9 @@ impl Integrator {
         stiff_methods.retain(|(place, _)| places.binary_search(place).is_err());
         for (now, resolved) in retried.iter().zip(&found) {
             evaluation.wrenches[now.place] = now.wrench;
-            if !plan_rules.is_calm(resolved.rate_estimate, dt) {
-                let (rate_estimate, balance) = (resolved.rate_estimate, resolved.balance);
-                stiff_methods.push((
-                    now.place,
-                    StiffMethod::Resolve {
-                        rate_estimate,
-                        balance,
-                    },
-                ));
+            if !plan_rules.is_calm(resolved.path_rate, dt) {
+                let (path_rate, balance) = (resolved.path_rate, resolved.balance);
+                stiff_methods.push((now.place, StiffMethod::Resolve { path_rate, balance }));
             }
         }
         stiff_methods.sort_unstable_by_key(|(place, _)| *place);

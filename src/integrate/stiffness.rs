@@ -361,7 +361,7 @@ impl Rates {
 
     /// The stiffness to plan for: the square of the highest frequency, where drag and gyration count as the frequency
     /// that would need the same substeps.
-    pub(super) fn rate_estimate(&self, plan_rules: PlanRules, dt: f64) -> RateEstimate {
+    pub(super) fn path_rate(&self, plan_rules: PlanRules, dt: f64) -> RateEstimate {
         let most = f64::from(MOST_BY_VELOCITY.min(plan_rules.most));
         let limit = 4.0 * plan_rules.tolerance * (most / dt).powi(2);
         // The rate of a decay or a gyration is off by no more than (dt·γ)²/24.
@@ -396,7 +396,7 @@ fn extremes(matrix: &Matrix6<f64>) -> [f64; 2] {
 pub(crate) enum StiffMethod {
     /// Moved within the step, as finely as this stiffness and the balance of earlier steps need.
     Resolve {
-        rate_estimate: RateEstimate,
+        path_rate: RateEstimate,
         balance: EnergyBalance,
     },
     /// Damped, because its last step was so coarse that its energy may be wrong, or no plan is fine enough.
@@ -407,10 +407,9 @@ impl StiffMethod {
     /// Returns false if no step can have left this method, which may be the case if it was deserialized.
     pub(super) fn is_sound(&self) -> bool {
         match self {
-            StiffMethod::Resolve {
-                rate_estimate,
-                balance,
-            } => rate_estimate.is_sound() && balance.is_sound(),
+            StiffMethod::Resolve { path_rate, balance } => {
+                path_rate.is_sound() && balance.is_sound()
+            }
             StiffMethod::Damp => true,
         }
     }

@@ -230,10 +230,10 @@ impl Integrator {
     ) {
         for (place, stiff_method) in &evaluation.stiff_methods {
             let body = &context.bodies[*place];
-            let StiffMethod::Resolve { rate_estimate, .. } = stiff_method else {
+            let StiffMethod::Resolve { path_rate, .. } = stiff_method else {
                 continue;
             };
-            let dt_omega = rate_estimate.omega2.sqrt() * to_f64(context.dt);
+            let dt_omega = path_rate.omega2.sqrt() * to_f64(context.dt);
             if dt_omega > HELD && context.is_held(body) && !is_warned_of(warnings, body.handle) {
                 warnings.push(stiff(body.handle, dt_omega, context));
             }

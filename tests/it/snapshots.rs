@@ -436,10 +436,7 @@ fn a_state_that_no_step_can_leave_is_refused_by_value() {
             *at(it, "evaluation.stiff_methods.0.0") = 999_i32.into();
         }),
         ("omega2: -1.0", |it| {
-            *at(
-                it,
-                "evaluation.stiff_methods.0.1.Resolve.rate_estimate.omega2",
-            ) = (-1.0_f64).into();
+            *at(it, "evaluation.stiff_methods.0.1.Resolve.path_rate.omega2") = (-1.0_f64).into();
         }),
         ("scale: -1.0", |it| {
             *at(it, "evaluation.stiff_methods.0.1.Resolve.balance.scale") = (-1.0_f64).into();

@@ -8,8 +8,8 @@ const LONGEST: usize = 4096;
 
 /// The numbers of the programs that have certain properties, and the latest changes of programs.
 #[derive(Debug)]
-pub(crate) struct ProgramIndex {
-    /// A number that no other index has.
+pub(crate) struct ProgramLog {
+    /// A number that no other log has.
     name: u64,
     /// Programs with forces of unbounded reach, by number.
     unbounded: Vec<u32>,
@@ -21,16 +21,16 @@ pub(crate) struct ProgramIndex {
     changed: Vec<(u32, Key)>,
 }
 
-/// The state of an index up to which a follower has seen its changes.
+/// The state of a log up to which a follower has seen its changes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Followed {
     name: u64,
     changes: u64,
 }
 
-impl Default for ProgramIndex {
+impl Default for ProgramLog {
     fn default() -> Self {
-        ProgramIndex {
+        ProgramLog {
             name: unique(),
             unbounded: Vec::new(),
             moving: Vec::new(),
@@ -40,7 +40,7 @@ impl Default for ProgramIndex {
     }
 }
 
-impl ProgramIndex {
+impl ProgramLog {
     /// Notes that a term has changed a program, or that the program is gone.
     pub(super) fn note(&mut self, number: u32, serial: Key, program: Option<&Program>) {
         let program = program.filter(|program| program.has_force);
