@@ -102,7 +102,7 @@ impl Account {
 
 /// The change of the force on a body in a step.
 #[derive(Clone, Copy)]
-pub(crate) struct Change {
+pub(crate) struct ForceChange {
     pub body: RigidBodyHandle,
     /// The change of the force times the length of the way; with that of the torque times the angle.
     pub swing: f64,
@@ -144,7 +144,7 @@ impl Edges {
 
     /// Follows a body on which the force has changed much. Returns `Some` if it may have changed abruptly: an error
     /// beyond this energy is to be [added](Self::add).
-    pub(crate) fn look(&mut self, change: &Change) -> Option<f64> {
+    pub(crate) fn look(&mut self, change: &ForceChange) -> Option<f64> {
         let whole = 2.0 * change.kinetic;
         // False for NaN.
         let is_large = change.swing > self.share * whole;

@@ -48,7 +48,7 @@ pub(crate) use begun::BegunStep;
 pub(crate) use caps::Caps;
 pub(crate) use context::{MotionRules, StepContext};
 pub(crate) use coupling::LinearisedWrench;
-pub(crate) use edges::{Change, Edges};
+pub(crate) use edges::{Edges, ForceChange};
 pub(crate) use evaluation::{Evaluation, first_unsound};
 pub(crate) use fault::{DropNonFinite, Fault, FaultKind};
 pub(crate) use free_motion::{FreeMotion, FreeMotions};

@@ -35,7 +35,7 @@ impl RateEstimate {
 pub(super) struct Track {
     pub path_rate: RateEstimate,
     last: Option<PathPoint>,
-    omega2: Option<Bounds>,
+    omega2: Option<FrequencyBounds>,
     /// The largest square of a frequency that two consecutive pieces or a Jacobian have shown, and not an edge alone.
     pub sustained: f64,
     /// The last piece of the path.
@@ -47,7 +47,7 @@ pub(super) struct Track {
     /// True if Jacobians show its frequencies, too, because fields move beside it.
     pub is_linearised: bool,
     /// The square of the frequency that the last piece has shown, until its Jacobian is known.
-    shown: Bounds,
+    shown: FrequencyBounds,
 }
 
 #[derive(Clone)]
@@ -65,27 +65,27 @@ struct PathSegment {
     /// Zero if it may be rounding.
     way: f64,
     /// The change of the acceleration.
-    change: Bounds,
+    change: FrequencyBounds,
     root_of_mass: f64,
 }
 
 /// The bounds of a measured value: the value itself, or zero and the largest rounding if it may be rounding.
 #[derive(Clone, Copy, Default)]
-struct Bounds {
+struct FrequencyBounds {
     least: f64,
     most: f64,
 }
 
-impl Bounds {
+impl FrequencyBounds {
     fn exactly(value: f64) -> Self {
-        Bounds {
+        FrequencyBounds {
             least: value,
             most: value,
         }
     }
 
     /// How far this value and another are apart for certain.
-    fn distance(self, other: Bounds) -> f64 {
+    fn distance(self, other: FrequencyBounds) -> f64 {
         (self.least - other.most)
             .max(other.least - self.most)
             .max(0.0)
@@ -125,7 +125,7 @@ pub(super) fn track_all<'a>(
             omega2 if omega2.is_nan() => f64::INFINITY,
             omega2 => omega2,
         };
-        let shown = Bounds {
+        let shown = FrequencyBounds {
             least: omega2(change.least),
             most: omega2(change.most),
         };
@@ -190,15 +190,15 @@ impl Track {
     /// Records the square of a frequency that a Jacobian has shown.
     pub(super) fn see_exactly(&mut self, omega2: f64) {
         self.sustained = self.sustained.max(omega2);
-        let Bounds { least, most } = std::mem::take(&mut self.shown);
-        self.see(Bounds {
+        let FrequencyBounds { least, most } = std::mem::take(&mut self.shown);
+        self.see(FrequencyBounds {
             least: least.max(omega2),
             most: most.max(omega2),
         });
     }
 
     /// Records the square of a frequency.
-    fn see(&mut self, now: Bounds) {
+    fn see(&mut self, now: FrequencyBounds) {
         let before = self.omega2.replace(now);
         self.path_rate.omega2 = self.path_rate.omega2.max(now.least);
         if let Some(before) = before {
@@ -246,12 +246,12 @@ fn piece(last: &PathPoint, mark: &PathPoint, radius2: f64) -> PathSegment {
     }
     let rounding = CERTAIN * lost;
     let change = if change <= rounding {
-        Bounds {
+        FrequencyBounds {
             least: 0.0,
             most: rounding,
         }
     } else {
-        Bounds::exactly(change)
+        FrequencyBounds::exactly(change)
     };
     PathSegment {
         way: way + misplaced,

@@ -237,6 +237,44 @@ fn tidy_modules_stay_tidy() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
+/// The structs, enums and traits that several files define, each with two of these files.
+fn shared_type_names(sources: &Sources) -> Vec<String> {
+    let mut known: BTreeMap<&str, &Source> = BTreeMap::new();
+    let mut shared = Vec::new();
+    for source in &sources.files {
+        for pair in source.tokens.windows(2) {
+            let [kind, name] = [&pair[0], &pair[1]].map(String::as_str);
+            if !["struct", "enum", "trait"].contains(&kind) {
+                continue;
+            }
+            if let Some(other) = known.insert(name, source) {
+                let files = [other, source].map(|it| it.file.display());
+                shared.push(format!("{name}: {}, {}", files[0], files[1]));
+            }
+        }
+    }
+    shared
+}
+
+#[test]
+fn no_type_name_is_used_twice() {
+    let shared = shared_type_names(&sources());
+    assert!(shared.is_empty(), "{}", shared.join("\n"));
+}
+
+#[test]
+fn the_check_notices_a_type_name_used_twice() {
+    let files = [
+        ("a.rs", "struct One; fn one() {} const LIMIT: u8 = 1;"),
+        (
+            "b.rs",
+            "enum One {} trait Two {} fn one() {} const LIMIT: u8 = 2;",
+        ),
+        ("c.rs", "#[cfg(test)] mod tests { struct Two; }"),
+    ];
+    assert_eq!(shared_type_names(&small(&files)), ["One: a.rs, b.rs"]);
+}
+
 #[test]
 fn the_check_notices_habits() {
     let text = "fn a<F: Fn(u8) -> u8>((one, two): (u8, u8), f: F) {}\n\

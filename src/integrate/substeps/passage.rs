@@ -3,7 +3,7 @@
 use super::SubstepIntegrator;
 use crate::eval::SampledWorld;
 use crate::integrate::context::StepContext;
-use crate::integrate::edges::Change;
+use crate::integrate::edges::ForceChange;
 use crate::integrate::predicted::PredictedMotions;
 use crate::math::DVec3;
 use crate::rigid::{Lookup, RigidState, Wrench, of_wrench, pair};
@@ -33,12 +33,12 @@ impl Passage {
     }
 
     /// The change of the wrench.
-    pub(in crate::integrate) fn change(&self) -> Change {
+    pub(in crate::integrate) fn change(&self) -> ForceChange {
         let (way, angle) = self.way();
         let [was, is] = self.wrenches.map(|it| pair(&of_wrench(it)));
         let [before, after] = self.state.kinetic_energies(DVec3::ZERO);
         let turning = (is.1 - was.1).length() * angle.length();
-        Change {
+        ForceChange {
             body: self.state.body,
             swing: (is.0 - was.0).length() * way.length() + turning,
             kinetic: before.max(after),

@@ -3,7 +3,7 @@
 use super::block::{BodyBlock, LastWay};
 use super::pass::Pass;
 use crate::eval::{CentreBlock, TOGETHER, in_lane};
-use crate::integrate::Change;
+use crate::integrate::ForceChange;
 use crate::math::{DVec3, from_f64, to_dvec3, to_f64};
 use crate::number::{Vec3, each_lane};
 use crate::rapier::dynamics::RigidBody;
@@ -29,7 +29,7 @@ impl Pass<'_> {
         if way.length() > 2.0 * (speed + before.length() / mass * dt) * dt {
             return;
         }
-        let swing = Change {
+        let swing = ForceChange {
             body: handle,
             swing: change.length() * way.length(),
             kinetic: 0.5 * mass * way.length_squared() / (dt * dt),
